@@ -302,7 +302,7 @@ inline nb::object new_array44() {
 }
 
 /// Fills a float64 array with `count` numbers and returns it.
-inline nb::object copied(nb::object array, const double* from, std::size_t count) {
+inline nb::object filled(nb::object array, const double* from, std::size_t count) {
     const Buffer to(array, true);
     std::memcpy(to.data<double>(), from, count * sizeof(double));
     return array;

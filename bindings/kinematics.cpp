@@ -43,7 +43,7 @@ nb::object inverse_few(const Handle& self, nb::handle pose, nb::handle psi, nb::
     const bool one_angle = as_double(psi, angle);
     if (one_angle && as_index(gc, branch[0]) && SmallMatrix().read_pose(reaching(self.arm), pose, m)) {
         if (!solve_regular(self.arm, m, angle, branch[0], q) || !kept(q)) return nb::none();
-        return copied(new_array7(), q, joints);
+        return filled(new_array7(), q, joints);
     }
     Buffer poses, angles;
     const Py_ssize_t n = few_rows(pose, poses, {4, 4});
@@ -55,7 +55,7 @@ nb::object inverse_few(const Handle& self, nb::handle pose, nb::handle psi, nb::
         if (!solve_regular(self.arm, poses.data<double>() + 16 * i, at, branch[i], to) || !kept(to))
             return nb::none();
     }
-    return copied(new_rows(n, joints), q, static_cast<std::size_t>(n) * joints);
+    return filled(new_rows(n, joints), q, static_cast<std::size_t>(n) * joints);
 }
 
 /// Inverse kinematics of arrays of poses, psi and branches; writes joints (..., 7). A seed (None: no seed)

@@ -85,7 +85,7 @@ std::vector<std::vector<double>> deviations(const OffsetChainHandle& self) {
 
 /// Binds checks, forward and inverse kinematics of arms with an offset, with or without an own chain.
 template <class Handle>
-void bind_both_doors(nb::class_<Handle>& arm) {
+void bind_offset_kinematics_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
     bind_checks(arm);
     arm.def("forward_many", &offset_forward<Handle>, "q"_a, "pose"_a, "free"_a, "gc"_a, "threads"_a)
@@ -104,7 +104,7 @@ void bind_offset_chain(nb::class_<OffsetChainHandle>& arm) {
     bind_offset_chain_scenes(arm);
     bind_offset_chain_reach(arm);
     bind_offset_chain_solving(arm);
-    bind_both_doors(arm);
+    bind_offset_kinematics_of(arm);
     arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool, Floats>(), "lengths"_a, "joint_rows"_a,
             "base"_a, "tool"_a, "offset"_a, "mirrored"_a, "chain"_a)
         .def_prop_ro("deviations", &deviations);
@@ -119,7 +119,7 @@ void bind_offset(nb::class_<OffsetHandle>& arm) {
     bind_offset_kinematics(arm);
     bind_offset_scenes(arm);
     bind_offset_solving(arm);
-    bind_both_doors(arm);
+    bind_offset_kinematics_of(arm);
     arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool>(), "lengths"_a, "joint_rows"_a, "base"_a,
             "tool"_a, "offset"_a, "mirrored"_a);
 }

@@ -7,7 +7,7 @@ namespace {
 PyObject* error_maker = nullptr;
 
 /// Sets the Python error of a refusal.
-void raise_in_python(const Refusal& refusal) {
+void set_python_error(const Refusal& refusal) {
     if (!error_maker) throw std::runtime_error("no function makes errors of refusals");
     nb::list at;
     for (const Py_ssize_t index : refusal.at) at.append(index);
@@ -22,7 +22,7 @@ void translate(const std::exception_ptr& thrown, void*) {
         std::rethrow_exception(thrown);
     } catch (const Refusal& refusal) {
         try {
-            raise_in_python(refusal);
+            set_python_error(refusal);
         } catch (nb::python_error& error) { error.restore(); }
     }
 }

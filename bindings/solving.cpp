@@ -251,13 +251,13 @@ void solution_derivative_many(const Handle& self, Floats pose, Floats near, cons
 /// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose) of one solution.
 /// m: the pose, which becomes NaN if it is not solved.
 nb::object solution_of(const Nearest& found, const double* m, nb::handle kind, nb::handle statuses) {
-    const nb::object q = copied(new_array7(), found.q, joints);
+    const nb::object q = filled(new_array7(), found.q, joints);
     PyObject* status = PyTuple_GetItem(statuses.ptr(), static_cast<Py_ssize_t>(found.status));
     if (!status) throw nb::python_error();
     double frame[16];
     for (int i = 0; i < 16; ++i) frame[i] = is_solved(found.status) ? m[i] : not_a_number;
     return new_named(kind, q, found.psi, found.gc, found.distance, nb::handle(status), found.margin,
-                     found.gap, copied(new_array44(), frame, 16));
+                     found.gap, filled(new_array44(), frame, 16));
 }
 
 /// A named tuple `kind` of n solutions as arrays, the status as int8 codes. m: the poses, NaN where not

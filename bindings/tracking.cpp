@@ -100,7 +100,7 @@ nb::object joint_array(const double* values) {
 /// gc, why, pair). `names` holds its class, trackings and statuses by their numbers, and the function that
 /// names a pair.
 template <class Loop>
-nb::object ticked(Loop& self, const Command& command, nb::handle names) {
+nb::object advance(Loop& self, const Command& command, nb::handle names) {
     const Tracked now = self.step(command);
     return new_named(at(names, 0), joint_array(now.q), joint_array(now.velocity),
                      at(at(names, 1), static_cast<int>(now.status)), now.distance, now.gap, now.psi, now.gc,
@@ -136,7 +136,7 @@ template <class Loop>
 nb::object track_hand(Loop& self, nb::handle pose, nb::handle names) {
     HandGiven hand;
     Command command;
-    return hand.read(self.arm(), pose, command) ? ticked(self, command, names) : nb::none();
+    return hand.read(self.arm(), pose, command) ? advance(self, command, names) : nb::none();
 }
 
 /// Advances one cycle with any command; None if pose or elbow is no small matrix.
@@ -152,7 +152,7 @@ nb::object track_one(Loop& self, nb::handle pose, nb::handle names, nb::handle e
     if (!elbow.is_none()) command.elbow = &hint;
     command.dt = dt;
     command.reconfigure = reconfigure;
-    return ticked(self, command, names);
+    return advance(self, command, names);
 }
 
 /// The nearest pair of the present configuration within `reach` (m), for a tracker with a scene: its distance

@@ -135,17 +135,17 @@ inline bool share_turns(const Arm& arm, const double* seed, const int* turn, dou
     return detail::share_turn(arm, axis, seed ? seed : arm.joint_middle, turn, q);
 }
 
-/// The unique solution of a pose with A3 = e1 (rad) and Status `wanted`. Each joint is in the revolution
+/// The unique solution of a pose with A3 = e1 (rad) and Status `asked`. Each joint is in the revolution
 /// within its limits nearest to the seed. LIMITS if no solution with this Status has that A3, regardless of
 /// limits; BAD_INPUT also if is_alike() is false.
-inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int wanted,
+inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int asked,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
     Inverse out{{no, no, no, no, no, no, no, 0.0}, Status::BAD_INPUT, no};
-    if (!is_alike(arm) || wanted < 0 || wanted >= status_bits || !(abs(e1) <= tolerance::largest_angle))
+    if (!is_alike(arm) || asked < 0 || asked >= status_bits || !(abs(e1) <= tolerance::largest_angle))
         return out;
     if (!is_rigid(pose) || (seed && !is_finite(seed))) return out;
-    const auto side = [&](int bit, int joint) { return wanted & bit ? -arm.sign[joint] : arm.sign[joint]; };
+    const auto side = [&](int bit, int joint) { return asked & bit ? -arm.sign[joint] : arm.sign[joint]; };
     Configuration<double> gc{1.0, side(bent_back, 3), side(wrist_down, 5)};
     const SelfMotion<double> m = self_motion(arm, pose, gc);
     out.status = is_unreachable(m.circle) ? Status::UNREACHABLE : Status::FOLDED;
@@ -158,7 +158,7 @@ inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int 
                  rounding = 2 * tolerance::reach * arm.size * arm.reach;
     out.status = Status::LIMITS;
     if (room < -rounding) return out;
-    const double x = (wanted & overhead ? -1.0 : 1.0) * sqrt(max(room, 0.0));
+    const double x = (asked & overhead ? -1.0 : 1.0) * sqrt(max(room, 0.0));
     const double theta_1 = wrap(atan2(p.y, p.x) - atan2(y2, x)),
                  theta_2 = atan2(x * z2 - p.z * x2, x * x2 + p.z * z2);
     double q[joint_slots] = {to_q(arm, 0, theta_1), to_q(arm, 1, theta_2), e1,
@@ -220,17 +220,17 @@ inline void add_shared(const Arm& arm, const armangle::detail::Needle& n, bool b
 
 }  // namespace detail
 
-/// Computes the values of E1 (rad) for which a pose has a solution with Status `wanted` within all limits;
+/// Computes the values of E1 (rad) for which a pose has a solution with Status `asked` within all limits;
 /// empty, with the reason, if there is none.
-inline armangle::Status e1_arcs(const Arm& arm, const Pose<double>& pose, int wanted, const LimitTable& t,
+inline armangle::Status e1_arcs(const Arm& arm, const Pose<double>& pose, int asked, const LimitTable& t,
                                 ArcSet& out) noexcept {
     make_empty(out);
-    if (!is_alike(arm) || wanted < 0 || wanted >= status_bits) return Status::BAD_INPUT;
+    if (!is_alike(arm) || asked < 0 || asked >= status_bits) return Status::BAD_INPUT;
     UnionOfArcs values;
     Status why = Status::UNREACHABLE;
     for (const double shoulder : {1.0, -1.0}) {
-        const Configuration<double> gc{shoulder, (wanted & bent_back ? -1.0 : 1.0) * arm.sign[3],
-                                       (wanted & wrist_down ? -1.0 : 1.0) * arm.sign[5]};
+        const Configuration<double> gc{shoulder, (asked & bent_back ? -1.0 : 1.0) * arm.sign[3],
+                                       (asked & wrist_down ? -1.0 : 1.0) * arm.sign[5]};
         const SelfMotion<double> m = self_motion(arm, pose, gc);
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs;
@@ -247,11 +247,11 @@ inline armangle::Status e1_arcs(const Arm& arm, const Pose<double>& pose, int wa
             for (int k = 0; k < sides.count; ++k)
                 cuts.insert(sides.psi[k], arcs.arc[i].lower, arcs.arc[i].upper);
             for (int k = 1; k < cuts.count; ++k)
-                detail::add_values(arm, m, f, cuts.psi[k - 1], cuts.psi[k], wanted & overhead, values);
+                detail::add_values(arm, m, f, cuts.psi[k - 1], cuts.psi[k], asked & overhead, values);
         }
         if (t.margin > 0 || is_unreachable(m.circle) || is_folded(m.circle)) continue;
         armangle::detail::each_needle(arm, m, f, f, [&](const armangle::detail::Needle& n) {
-            detail::add_shared(arm, n, wanted & overhead, values);
+            detail::add_shared(arm, n, asked & overhead, values);
         });
     }
     values.finish(out);

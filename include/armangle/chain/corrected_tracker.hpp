@@ -123,7 +123,7 @@ public:
         }
         drift_ = (correction(arm_, out.q).position - start.position) * (1.0 / time);
         correct(out);
-        tracker_.note(out.distance, command.dt);
+        tracker_.record_distance(out.distance, command.dt);
         return out;
     }
 

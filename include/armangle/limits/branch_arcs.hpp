@@ -96,7 +96,7 @@ protected:
         const Posture here = forward(arm_, q.q);
         if (is_nan(here.psi)) return refused(Status::FOLDED);
         if (!is_off_singular(q)) return refused(Status::NEAR_SINGULAR);
-        const int gc = asked_branch(here.gc, q);
+        const int gc = permitted_branch(here.gc, q);
         if (!(options_.branches >> gc & 1) || !may_be(gc, here.psi)) return refused(Status::NOT_ALLOWED);
         return finished(q.q, here.psi, gc);
     }
@@ -110,7 +110,7 @@ protected:
 
     /// The branch of a configuration q, whose signs give gc. At a singularity it belongs to several branches;
     /// then a permitted one of them.
-    int asked_branch(int gc, const Joints& q) const noexcept {
+    int permitted_branch(int gc, const Joints& q) const noexcept {
         // a stretched elbow's bend is the root of the rounding of the wrist's distance
         const double uncertainty = sqrt(2.0 * tolerance::stretched);
         unsigned straight = abs(circle_.triangle.eta.sin) <= uncertainty ? 2u : 0u;

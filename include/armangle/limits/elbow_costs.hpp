@@ -107,7 +107,7 @@ protected:
     }
 
     /// Computes the joint functions of one elbow sign and the psi where revolutions end.
-    void open(int elbow) noexcept {
+    void prepare_elbow(int elbow) noexcept {
         fill_functions(elbow_[elbow]);
         fill_cuts(elbow_[elbow]);
     }

@@ -18,8 +18,8 @@ namespace detail {
 /// the tolerance and isolated psi may be wrong or missing; if joints may `meet` at their limits at a psi near
 /// arcs; or if a joint violates its limit at every psi by less than the tolerance. The paper's own avoidance
 /// concerns psi, not configurations.
-inline bool joints_tell(const LimitTable& t, const ArcSet& arcs, const Left& left, bool hides,
-                        bool meet) noexcept {
+inline bool needs_joint_search(const LimitTable& t, const ArcSet& arcs, const Left& left, bool hides,
+                               bool meet) noexcept {
     if (t.psi_margin > 0) return false;
     if (meet || left.beyond) return true;
     for (int i = 0; i < arcs.count; ++i)
@@ -73,7 +73,7 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
                         ArcSet& arcs) noexcept {
     const bool bends = left.status == Status::OK || left.status == Status::LIMITS;  // by the elbow
     const bool meet = bends && may_meet(c, f, left.gap, arcs.empty()), hides = may_hide(t, c, left.status, f);
-    if (!joints_tell(t, arcs, left, hides, meet)) [[likely]]
+    if (!needs_joint_search(t, arcs, left, hides, meet)) [[likely]]
         return;
     if (arcs.empty()) {
         ArcSet may;

@@ -40,7 +40,7 @@ public:
         place_boxes();
         for (int elbow = 0; elbow < 2; ++elbow) {
             if (!elbow_[elbow].open) continue;
-            open(elbow);
+            prepare_elbow(elbow);
             survey(elbow);
         }
         out.count = 0;
@@ -54,12 +54,12 @@ public:
                 if (one.status == Status::OK) insert(out, one);
             }
         }
-        lead(out);
+        put_best_first(out);
         if (out.count > 0) out.status = out.found[0].status;
     }
 
     /// Puts the result of best() first and removes the other result of the same arc.
-    void lead(Nearests& out) const noexcept {
+    void put_best_first(Nearests& out) const noexcept {
         int rounds = nearest_tuning::local_rounds;
         const Nearest first = NearestSearch(arm_, limits_, pose_, options_, rounds).best();
         if (!is_solved(first.status)) return;
@@ -78,7 +78,7 @@ public:
     /// Returns any solution, without a seed: on an arc, or found near the arcs; otherwise the reason.
     [[gnu::noinline, gnu::cold]] Nearest some() noexcept {
         for (int elbow = 0; elbow < 2; ++elbow)
-            if (elbow_[elbow].open) open(elbow);
+            if (elbow_[elbow].open) prepare_elbow(elbow);
         for (int gc = 0; gc < configurations; ++gc)
             for (int arc = 0; arc < arcs(gc).count; ++arc) {
                 const Nearest out = somewhere(gc, arcs(gc).arc[arc]);
@@ -100,7 +100,7 @@ public:
     void keep_held(int gc, bool beyond, ArcSet& arcs) noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         if (!e.open) return make_empty(arcs);
-        open(gc >> 1 & 1);
+        prepare_elbow(gc >> 1 & 1);
         keep_tenable(gc, beyond, arcs);
         if (arcs.full) return;
         if (e.lost[0] || e.lost[1]) return;
@@ -256,7 +256,7 @@ private:
         if (!may_be(here.gc, here.psi)) return false;
         if (limits_.margin > 0) {
             const int elbow = here.gc >> 1 & 1;
-            if (elbow_[elbow].open) open(elbow);
+            if (elbow_[elbow].open) prepare_elbow(elbow);
             if (!contains(arcs(here.gc), here.psi)) return false;
         }
         out = finished(options_.near, here.psi, here.gc);
@@ -299,7 +299,7 @@ private:
         for (int elbow = 0; elbow < 2; ++elbow) {
             ElbowBranches& e = elbow_[elbow];
             if (!e.open) continue;
-            open(elbow);
+            prepare_elbow(elbow);
             if (out.status != Status::OK) break;
             search_near_singular(elbow, out);
             if (limits_.locked) look_at_limits(elbow, out);

@@ -54,7 +54,7 @@ public:
     /// The step; call it only once.
     Step operator()() noexcept {
         Lifted to;
-        if (holds() && at(own_, now_.lambda, to) == Status::OK && keeps(to))
+        if (holds() && joints_at(own_, now_.lambda, to) == Status::OK && keeps(to))
             return arrived(to, now_.lambda, own_);
         if (policy_.rule == Rule::towards)
             policy_.towards = {Wish::psi, family_.towards(pose_, own_, policy_.towards), {}};
@@ -114,7 +114,7 @@ private:
         const bool asked = scene_ && scene_->soft > 0 && next.status == Status::OK;
         if (asked && keep_soft(family_.arm(), *scene_, pose_, own_, open_, wish, soft)) {
             kept_ = soft;
-            next = led(policy_, soft, wish);
+            next = resolve_from_nearest_end(policy_, soft, wish);
         }
         wish = next.psi;
         return next.status;
@@ -144,7 +144,7 @@ private:
     /// Writes the joints of a branch at value lambda of the redundant number to `to`, in the revolutions
     /// nearest to the present joints. JOINT_JUMP if one would move farther than `longest` (rad), CLEARANCE if
     /// the configuration collides, or the reason why there is none.
-    Status at(int gc, double lambda, Lifted& to, double longest) const noexcept {
+    Status joints_at(int gc, double lambda, Lifted& to, double longest) const noexcept {
         Directions<double> d;
         const Status solved = family_.at(pose_, gc, lambda, q_now_, d);
         if (solved != Status::OK) return solved;
@@ -157,7 +157,9 @@ private:
         return !blocked_ && is_clear(family_.arm(), *scene_, q) ? Status::OK : Status::CLEARANCE;
     }
     /// Does the same with the largest permitted joint step.
-    Status at(int gc, double lambda, Lifted& to) const noexcept { return at(gc, lambda, to, longest_); }
+    Status joints_at(int gc, double lambda, Lifted& to) const noexcept {
+        return joints_at(gc, lambda, to, longest_);
+    }
 
     /// Whether the bounds permit the joints q.
     bool keeps(const double* q) const noexcept {
@@ -208,7 +210,7 @@ private:
         within(gc, {}, allowed, set);
         Lifted to, best;
         const double found = nearest_kept(set, wish, [&](double lambda) {
-            const bool kept = at(gc, lambda, to) == Status::OK && keeps(to);
+            const bool kept = joints_at(gc, lambda, to) == Status::OK && keeps(to);
             if (kept) best = to;
             return kept;
         });
@@ -222,7 +224,7 @@ private:
     bool requested(double& wish, Status& why, Step& out) noexcept {
         if (on_ahead(wish, out)) return true;
         Lifted to;
-        why = at(own_, wish, to);
+        why = joints_at(own_, wish, to);
         if (why != Status::OK || !keeps(to)) return false;
         out = arrived(to, wish, own_);
         return true;
@@ -240,7 +242,7 @@ private:
         if (is_nan(there)) return false;
         wish = there;
         Lifted to;
-        if (at(own_, there, to) != Status::OK || !keeps(to)) return take(own_, there, &part, out);
+        if (joints_at(own_, there, to) != Status::OK || !keeps(to)) return take(own_, there, &part, out);
         out = arrived(to, there, own_);
         return true;
     }
@@ -349,7 +351,7 @@ private:
         if (family_.margin() > 0 && parted) return false;
         const double least = largest_move(next.q, q_now_);
         Lifted carried;
-        const bool solved = at(own_, now_.lambda, carried, pi) == Status::OK;
+        const bool solved = joints_at(own_, now_.lambda, carried, pi) == Status::OK;
         const double move = largest_move(carried.q, here_);
         if (!solved || !(move <= damped_move(bend, least))) {
             out = next;
@@ -391,7 +393,7 @@ private:
     /// reason `why`, or OK if it arrives. False if there is none.
     bool advance(Status why, Step& out) noexcept {
         double to[joint_slots], way[joints];
-        if (!heading(to, why)) return false;
+        if (!choose_goal(to, why)) return false;
         hold_roll(to);
         if (offer(to, out)) return true;
         for (int j = 0; j < joints; ++j) way[j] = to[j] - q_now_[j];
@@ -448,7 +450,7 @@ private:
     /// bounds, if the end effector stays near its path. Otherwise the present value, or the end of the arcs
     /// nearest to it. If a joint would have to reverse for that, the solution nearest to the joints. False if
     /// there is none.
-    bool heading(double (&to)[joint_slots], Status& why) const noexcept {
+    bool choose_goal(double (&to)[joint_slots], Status& why) const noexcept {
         StepOptions free = options_;
         free.bounds = nullptr;
         free.ahead = nullptr;
@@ -467,9 +469,9 @@ private:
             return true;
         }
         Lifted held;
-        const Resolution end = led(free.policy, open_, now_.lambda);
+        const Resolution end = resolve_from_nearest_end(free.policy, open_, now_.lambda);
         if (end.status != Status::OK) return false;
-        if (at(own_, end.psi, held, pi) == Status::OK) {
+        if (joints_at(own_, end.psi, held, pi) == Status::OK) {
             held.q.store(to);
             return true;
         }

@@ -110,7 +110,7 @@ private:
             since_ += dt;
             return true;
         }
-        if (is_jump(*sample, dt)) return doubt(*sample, dt);
+        if (is_jump(*sample, dt)) return suspect(*sample, dt);
         suspected_ = 0;
         is_plain() ? take(*sample) : blend(*sample, dt, !other);
         remember(*sample);
@@ -161,7 +161,7 @@ private:
 
     /// Treats a sample as a possible jump: continues as without a sample, or restarts at it after samples
     /// have stayed near it for `patience`. Returns false, as estimate() then does.
-    bool doubt(const Pose<double>& sample, double dt) noexcept {
+    bool suspect(const Pose<double>& sample, double dt) noexcept {
         const bool stays = suspected_ > 0 && !far(difference(suspect_, sample));
         suspected_ = stays ? suspected_ + age_ : dt;
         suspect_ = sample;

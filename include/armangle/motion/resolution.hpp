@@ -97,7 +97,7 @@ inline Resolution resolve(const Policy& policy, const ArcSet& arcs, double psi) 
 }
 
 /// Moves psi to the nearest end if it is outside the arcs, then applies the policy.
-inline Resolution led(Policy policy, const ArcSet& arcs, double psi) noexcept {
+inline Resolution resolve_from_nearest_end(Policy policy, const ArcSet& arcs, double psi) noexcept {
     policy.outside = Outside::nearest;
     return resolve(policy, arcs, find(arcs, psi).index < 0 ? nearest(arcs, psi) : psi);
 }
@@ -112,7 +112,7 @@ inline Resolution resolve(const Policy& policy, const ArcSet& arcs, const ArcSet
     here.arc[here.count++] = arcs.arc[place.index];
     here.full = arcs.full;
     intersect(here, kept, both);
-    return both.empty() ? resolve(policy, arcs, psi) : led(policy, both, psi);
+    return both.empty() ? resolve(policy, arcs, psi) : resolve_from_nearest_end(policy, both, psi);
 }
 
 }  // namespace armangle

@@ -171,7 +171,7 @@ inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const S
     const bool soft = options.scene && options.scene->soft > 0 && next.status == Status::OK;
     if (soft && keep_soft(arm, *options.scene, parts.motion, *out.arcs, psi, parts.soft)) {
         out.kept = &parts.soft;
-        next = led(policy, parts.soft, psi);
+        next = resolve_from_nearest_end(policy, parts.soft, psi);
     }
     out.status = next.status;
     out.wish = next.psi;
@@ -223,10 +223,10 @@ inline double singularity_sine(double theta_2, double theta_6) noexcept {
 
 /// Whether joints next to a joint 2 or 6 with this |sin| may move far although psi hardly changes and nobody
 /// requested it. A policy that holds psi requests it; one that holds the elbow does not.
-inline bool may_sweep(double bend, const StepOptions& options) noexcept {
+inline bool may_sweep(double sine, const StepOptions& options) noexcept {
     const Rule rule = options.policy.rule;
     const bool asked = rule != Rule::repulsion && !(rule == Rule::hold && options.carry == Carry::elbow);
-    return bend <= step_tuning::shut && !asked;
+    return sine <= step_tuning::shut && !asked;
 }
 
 /// Whether the straight joint motion to a configuration of another branch keeps the end effector near its
@@ -242,18 +242,18 @@ bool passes(const AnyArm& arm, const double* q_now, const double* q) noexcept {
 }
 
 /// How far (rad) joints may move near theta_2 = 0 or theta_6 = 0 if psi is carried, while the nearest
-/// solution is `least` rad away. The value grows with the |sin| `bend` of that joint and is infinite above a
+/// solution is `least` rad away. The value grows with the |sin| `sine` of that joint and is infinite above a
 /// threshold.
-inline double damped_move(double bend, double least) noexcept {
-    if (bend >= step_tuning::awake) return infinity;
-    const double share = (bend - step_tuning::calm) / (step_tuning::awake - step_tuning::calm);
+inline double damped_move(double sine, double least) noexcept {
+    if (sine >= step_tuning::awake) return infinity;
+    const double share = (sine - step_tuning::calm) / (step_tuning::awake - step_tuning::calm);
     return step_tuning::sweep * least / (1.0 - max(share, 0.0)) + tolerance::angle;
 }
 
 /// How far (rad) a policy may move joints in addition near theta_2 = 0 or theta_6 = 0, at most one step. It
-/// grows with the |sin| `bend`, so that a suspended policy catches up in many steps.
-inline double damped_drift(double bend, double longest) noexcept {
-    const double share = (bend - step_tuning::calm) / (step_tuning::shut - step_tuning::calm);
+/// grows with the |sin| `sine`, so that a suspended policy catches up in many steps.
+inline double damped_drift(double sine, double longest) noexcept {
+    const double share = (sine - step_tuning::calm) / (step_tuning::shut - step_tuning::calm);
     const double growth = max(longest / step_tuning::drift, 1.0);
     return step_tuning::drift * std::pow(growth, min(max(share, 0.0), 1.0));
 }
@@ -345,22 +345,22 @@ private:
     bool calm(const Pose<double>& pose, double psi, Step& out) const noexcept {
         const Branch& own = branch_[0];
         if (own.status != Status::OK) return false;
-        const double bend = singularity_sine(now_.theta[1], now_.theta[5]);
-        if (!may_sweep(bend, options_)) return false;
+        const double sine = singularity_sine(now_.theta[1], now_.theta[5]);
+        if (!may_sweep(sine, options_)) return false;
         const BoundedStep step = bounded(own);
         const double carried = largest_move(step.at(psi).q, q_now_);
         double least = 0;
-        if (bend < step_tuning::awake) {
+        if (sine < step_tuning::awake) {
             const int side = index(own.motion->gc) & 2;
             Status why = Status::OK;
             if (!solve_from(now_.theta[3], pose, side, why, out)) return false;
             const bool apart = limits_.margin > 0 && out.gc != index(own.motion->gc);  // by the margin
             if (apart || (limits_.margin > 0 && !contains(*own.arcs, out.psi))) return false;
             least = largest_move(out.q, q_now_);
-            if (carried > damped_move(bend, least)) return true;
+            if (carried > damped_move(sine, least)) return true;
         }
         const double most =
-            max(step_tuning::sweep * least, carried) + damped_drift(bend, options_.max_joint_step);
+            max(step_tuning::sweep * least, carried) + damped_drift(sine, options_.max_joint_step);
         if (largest_move(step.at(own.wish).q, q_now_) <= most) return false;
         StepOptions slower = options_;
         slower.max_joint_step = min(options_.max_joint_step, most);
@@ -432,16 +432,16 @@ private:
     }
 
     /// Whether joint j can reach theta = `angle` or angle + pi, where branches meet, within one step and
-    /// within `least` (rad).
-    bool crosses(int j, double angle, double least) const noexcept {
+    /// within `most` (rad).
+    bool crosses(int j, double angle, double most) const noexcept {
         const double off = now_.theta[j] - angle, fastest = bounds_.velocity[j] * bounds_.dt;
-        return abs(off - pi * round(off / pi)) <= min(min(options_.max_joint_step, fastest), least);
+        return abs(off - pi * round(off / pi)) <= min(min(options_.max_joint_step, fastest), most);
     }
 
     /// Whether the branch may change its shoulder sign (if flip & 1) and wrist sign (if flip & 2) within this
-    /// step and by joint moves of at most `least` (rad).
-    bool may_flip(int flip, double least) const noexcept {
-        return (!(flip & 1) || crosses(1, 0.0, least)) && (!(flip & 2) || crosses(5, 0.0, least));
+    /// step and by joint moves of at most `most` (rad).
+    bool may_flip(int flip, double most) const noexcept {
+        return (!(flip & 1) || crosses(1, 0.0, most)) && (!(flip & 2) || crosses(5, 0.0, most));
     }
 
     /// The branch with the shoulder sign (if flip & 1) and the wrist sign (if flip & 2) changed; `parts`
@@ -454,16 +454,16 @@ private:
         return look(arm_, limits_, psi, options, parts);
     }
 
-    /// Adds the branches that the step can change to by joint moves of at most `least` (rad), with the psi
+    /// Adds the branches that the step can change to by joint moves of at most `most` (rad), with the psi
     /// that the policy requests there, starting from psi; none if the caller fixed the branch.
-    void gather(double psi, double least) noexcept {
+    void gather(double psi, double most) noexcept {
         const Branch& own = branch_[0];
         const bool hopeless = own.status != Status::OK && own.status != Status::LIMITS &&
                               own.status != Status::NOT_ALLOWED && own.status != Status::OUTSIDE &&
                               own.status != Status::CLEARANCE;
         if (options_.gc >= 0 || hopeless) return;
         for (int flip = 1; flip < 4; ++flip)
-            if (may_flip(flip, least)) {
+            if (may_flip(flip, most)) {
                 branch_[count_] = flipped(*own.motion, flip, psi, options_, beside_[count_ - 1]);
                 ++count_;
             }
@@ -577,8 +577,8 @@ private:
         const double other = carried_psi(arm_, now_, b.motion->circle, way);
         if (is_nan(there) && abs(wrap(other - psi)) > tolerance::angle) {
             const Policy policy = policy_on(options_, arm_, *b.motion);
-            const Resolution held =
-                b.kept == b.arcs ? resolve(policy, *b.arcs, other) : led(policy, *b.kept, other);
+            const Resolution held = b.kept == b.arcs ? resolve(policy, *b.arcs, other)
+                                                     : resolve_from_nearest_end(policy, *b.kept, other);
             if (held.status == Status::OK && step.keeps(held.psi)) return held.psi;
         }
         step.within(*b.arcs, {}, within);
@@ -733,7 +733,7 @@ private:
     /// is in a gap, or far away, it is the solution nearest to the joints, possibly in another branch. That
     /// solution is constant on the straight way there, while the nearer end of a gap may alternate
     /// indefinitely.
-    bool heading(const Pose<double>& pose, double psi, Joints& to) const noexcept {
+    bool choose_goal(const Pose<double>& pose, double psi, Joints& to) const noexcept {
         const Branch& own = branch_[0];
         double least = infinity;
         for (int i = 0; i < count_; ++i) {  // the own branch, and those that meet it here
@@ -761,7 +761,7 @@ private:
     /// none within `longest` (rad) of every joint.
     bool approach(const Pose<double>& pose, double psi, double longest, Step& out) const noexcept {
         Joints to{};
-        if (!heading(pose, psi, to) || !(largest_move(to.q, q_now_) <= longest)) return false;
+        if (!choose_goal(pose, psi, to) || !(largest_move(to.q, q_now_) <= longest)) return false;
         double way[joints];
         for (int j = 0; j < joints; ++j) way[j] = to.q[j] - q_now_[j];
         const double k = pace(way, bounds_.dt, bounds_.velocity, bounds_.acceleration);

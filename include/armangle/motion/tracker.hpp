@@ -49,7 +49,7 @@ public:
         draw_ = 1;
         arrived_ = given_up_ = false;
         choice_ = {};
-        rest();
+        end_detour();
         escaping_ = options_.scene && nearest_pair(0.0).room < 0;
         goal_pose_ = user_pose(arm_, chain(arm_, q_.q).flange);
         hand_.start(hand);
@@ -91,7 +91,7 @@ public:
     /// Records the distance (m) of the end effector from the target after a cycle of dt (s; 0: that of the
     /// options). For a target at rest that is not reached in time, takes one step of the search for a
     /// solution, and turns to the one that was found.
-    void note(double distance, double dt) noexcept {
+    void record_distance(double distance, double dt) noexcept {
         if (!fixed_) return;
         const double time = seconds(dt);
         choice_.rested += time;
@@ -132,8 +132,8 @@ protected:
     TrackerLoop& operator=(const TrackerLoop&) noexcept = default;
     ~TrackerLoop() = default;
 
-    /// Computes the next cycle without recording the distance to the target. Call note() with that distance
-    /// afterwards; it depends on the tool.
+    /// Computes the next cycle without recording the distance to the target. Call record_distance() with that
+    /// distance afterwards; it depends on the tool.
     Tracked cycle(const Command& command, Guard* guard) noexcept {
         const bool valid =
             command.pose && is_rigid(*command.pose) && norm(command.pose->position) <= tolerance::length;
@@ -148,7 +148,7 @@ protected:
         t.rests = t.there && is_singular(t.now);
         if (command.reconfigure >= 0 && command.reconfigure < configurations &&
             command.reconfigure != index(t.gc)) {
-            rest();
+            end_detour();
             forget();
             turning_to_ = command.reconfigure;
             choice_ = {};
@@ -158,7 +158,7 @@ protected:
         }
         const bool refused = asked_ && !worth_a_turn(t);
         if (refused) {
-            rest();
+            end_detour();
             forget();
             choice_.home = own_branch(t);
         }
@@ -175,13 +175,13 @@ protected:
         goal_why_ = static_cast<int>(goal.why);
         goal_gap_ = goal.gap;
         if (given_up_) {
-            stand(t, next);
+            come_to_rest(t, next);
         } else if (there) {
-            fixed_ ? meet() : forget();
-            rest();
+            fixed_ ? record_arrival() : forget();
+            end_detour();
             given_up_ = fixed_ && makes_no_progress(goal);
         } else if (turning_to_ >= 0) {
-            turn(t, goal, next);
+            follow_waypoints(t, goal, next);
         } else {
             approach(t, goal, next);
         }
@@ -254,7 +254,7 @@ private:
         if (asked_) {
             waypoint_count_ = 0;
         } else {
-            rest();
+            end_detour();
         }
     }
 
@@ -432,12 +432,12 @@ public:
     /// and status.
     Tracked step(const Command& command) noexcept {
         const Tracked out = tick(command);
-        note(out.distance, command.dt);
+        record_distance(out.distance, command.dt);
         return out;
     }
 
-    /// Computes the next cycle without recording the distance to the target. Call note() with that distance
-    /// afterwards; it depends on the tool.
+    /// Computes the next cycle without recording the distance to the target. Call record_distance() with that
+    /// distance afterwards; it depends on the tool.
     Tracked tick(const Command& command) noexcept {
         if (!options_.scene) return cycle(command, nullptr);
         GuardOf<Body> guard(body_, *about_, options_.acceleration, has_jerk_ ? bound_ : nullptr);

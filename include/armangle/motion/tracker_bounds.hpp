@@ -67,7 +67,7 @@ protected:
     }
 
     /// The velocity of the target; 0 if it rests.
-    Twist heading() const noexcept { return fixed_ ? Twist{} : speed_; }
+    Twist target_velocity() const noexcept { return fixed_ ? Twist{} : speed_; }
 
     /// The largest displacement (rad) of one joint to a configuration.
     double farthest_move(const Joints& to) const noexcept {

@@ -179,7 +179,7 @@ protected:
     /// comes closer.
     void grow_margin(const Tick& t, const Circle<double>& c) noexcept {
         const Vec3<double> wrist = c.w * c.distance, from_base = wrist + Vec3<double>{0, 0, arm_.d_bs};
-        const Twist hand = heading();
+        const Twist hand = target_velocity();
         const Vec3<double> arm_to_hand =
             arm_.base.rotation * from_base + arm_.base.position - wanted_.position;
         const Vec3<double> speed =
@@ -314,7 +314,7 @@ protected:
 
     /// The psi near the given one whose joints will be far from their limits at the predicted target.
     double foreseen(const SelfMotion<double>& m, double psi) const noexcept {
-        const Twist hand = heading();
+        const Twist hand = target_velocity();
         if (turning_to_ >= 0 || size(hand, options_.length) * tracker_tuning::preview < tolerance::angle)
             return psi;
         const Pose<double> there = moved_by(wanted_, hand * tracker_tuning::preview);

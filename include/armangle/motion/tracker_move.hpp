@@ -201,7 +201,7 @@ protected:
     }
 
     /// Ends the joint motion to another configuration: forgets its waypoints.
-    void rest() noexcept {
+    void end_detour() noexcept {
         turning_to_ = -1;
         asked_ = false;
         waypoint_count_ = 0;
@@ -227,7 +227,7 @@ protected:
 
     /// Records that the end effector is at its goal and the target at rest, so that moving away counts as no
     /// progress.
-    void meet() noexcept { nearest_ = stalled_for_ = 0; }
+    void record_arrival() noexcept { nearest_ = stalled_for_ = 0; }
 
     /// Whether the end effector has been at its goal for a while, which is not the target, without coming
     /// nearer to the target.
@@ -246,7 +246,7 @@ protected:
 
     /// Writes the next joints of a straight joint motion to `next`: to a configuration of the goal, chosen in
     /// the first cycle, or along the detour that was found. The path of the end effector is free.
-    void turn(const Tick& t, const Goal& goal, Joints& next) noexcept {
+    void follow_waypoints(const Tick& t, const Goal& goal, Joints& next) noexcept {
         if (waypoint_count_ == 0) {
             waypoint_[waypoint_count_++] = goal.at;
             detour_target_ = hand_.pose();
@@ -263,7 +263,7 @@ protected:
             if (waypoint_count_ > 1) {
                 --waypoint_count_;
             } else if (!fixed_) {
-                rest();
+                end_detour();
             }
         }
         for (int j = 0; j < joints; ++j) {
@@ -284,14 +284,14 @@ protected:
             if (chosen) choice_.state = RestingChoice::left;
             if (t.guard) tried_ += tracker_tuning::most_ways / (asked_ ? 1 : tracker_tuning::turns);
             tried_for_ = hand_.pose();
-            rest();
+            end_detour();
             forget();
         }
         go(t, v, next);
     }
 
     /// Writes joints that come to rest to `next`, because all attempts for a resting target failed.
-    void stand(const Tick& t, Joints& next) noexcept {
+    void come_to_rest(const Tick& t, Joints& next) noexcept {
         double v[joints];
         const double none[joints] = {};
         for (int j = 0; j < joints; ++j) v[j] = min(max(0.0, t.lower[j]), t.upper[j]);

@@ -273,7 +273,7 @@ private:
     /// Gives a posture to take() if its branch is permitted.
     template <class Take>
     void offer(const Joints& at, const Take& take) const noexcept {
-        const int own = asked_branch(forward(arm_, at.q).gc, at);
+        const int own = permitted_branch(forward(arm_, at.q).gc, at);
         if (branches_ >> own & 1u) take(at, own);
     }
 
@@ -293,7 +293,7 @@ private:
 
     /// The branch `gc` of a posture if it is requested; otherwise a requested branch that the posture belongs
     /// to as well, because a sine that tells them apart is 0 up to rounding; `gc` if there is none.
-    int asked_branch(int gc, const Joints& at) const noexcept {
+    int permitted_branch(int gc, const Joints& at) const noexcept {
         int both = 0;
         for (int bit = 0; bit < 3; ++bit) {
             const Meeting m = meeting(bit);

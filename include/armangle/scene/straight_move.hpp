@@ -149,7 +149,7 @@ public:
             double at[joints];
             for (int j = 0; j < joints; ++j) at[j] = q[j] + done * d[j];
             place(at);
-            rates(d);
+            set_rate_sums(d);
             double share = 1.0 - done;
             Tag nearest = 0;
             const auto way = [&](int link, const Vec3<double>& p, double radius) {
@@ -178,7 +178,7 @@ public:
         place(q);
         if (still) flange_ = *still;
         held_rests_ = still != nullptr;
-        rates(d);
+        set_rate_sums(d);
         double spread[joints + 1] = {}, back[joints];
         for (int j = 0; j < joints; ++j) {
             spread[j + 1] = spread[j] + off[j];
@@ -356,7 +356,7 @@ private:
     }
 
     /// Sets the sums of |d_j| over the joints below each link.
-    void rates(const double (&d)[joints]) noexcept {
+    void set_rate_sums(const double (&d)[joints]) noexcept {
         sum_[0] = 0;
         for (int j = 0; j < joints; ++j) sum_[j + 1] = sum_[j] + abs(d[j]);
     }
