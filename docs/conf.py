@@ -60,7 +60,8 @@ sphinx_gallery_conf = {
     "write_computation_times": False,
     "abort_on_example_error": True,
     "backreferences_dir": None,
-    "image_srcset": [] if tags.has("coarse") else ["2x"],  # noqa: F821 - Sphinx puts `tags` here
+    "plot_gallery": not tags.has("coarse"),  # noqa: F821 - Sphinx puts `tags` here
+    "image_srcset": ["2x"],
     "capture_repr": (),
 }
 

@@ -123,6 +123,7 @@ BOMBS = (
 """Dotted keys, headers and inline tables; arrays and tables in each other; a number; a string without end."""
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize("load", [aa.io.load_scene, aa.io.load_body, read_robot])
 def test_toml_that_would_take_all_memory(tmp_path: Path, load: Callable[[Path], Any]) -> None:
     """Readers of TOML refuse deep nesting, long keys and long numbers."""

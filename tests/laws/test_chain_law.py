@@ -52,6 +52,7 @@ def test_the_inverse_leads_all_over_an_arc_beside_a_singularity(seed: int, numbe
         assert np.isfinite(case.arm.inverse(case.pose, psi, case.gc, on_error="nan", limits=False)).all()
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("size", [0.1, 1.0])
 def test_circles_off_the_singular_are_proven_all_round(name: str, size: float) -> None:

@@ -341,6 +341,7 @@ def test_joints_follow_pose_and_free_joint(name: str) -> None:
         assert np.allclose(slope_of(at, 1e-4), slope[..., k], rtol=0, atol=1e-6 * np.abs(slope).max())
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize(
     ("prefer", "step", "off", "kinks"), [("seed", 1e-4, 1e-4, 0.03), ("margin", 1e-4, 1e-2, 0.1)]
 )

@@ -32,6 +32,7 @@ def test_the_links_are_as_long_as_their_slant(name: str) -> None:
     np.testing.assert_allclose(far, arm.geometry.reach, atol=1e-12)
 
 
+@pytest.mark.turns(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("name", LINKS)

@@ -141,6 +141,7 @@ SHORT: dict[str, Callable[..., Any]] = {
 }
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", SHORT)
 def test_the_end_is_told_and_the_answer_is_the_same(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     """`progress` gets rising numbers up to the end, True prints them, and results do not depend on it."""

@@ -91,6 +91,7 @@ def test_derivatives_are_the_limit_of_differences(name: str) -> None:
     assert np.allclose(dpsi, turned / (2 * step), rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
 def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm(name: str) -> None:
     """Derivatives of `freedom` and `limit_margin` equal those of `gradients`."""
@@ -103,6 +104,7 @@ def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm(name: s
     assert np.array_equal(slope, aa.gradients.limit_margin(arm, q))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
 @pytest.mark.parametrize("prefer", ["seed", "margin"])
 def test_derivatives_go_through_solve(prefer: str, name: str) -> None:

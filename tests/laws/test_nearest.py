@@ -277,6 +277,7 @@ FOUND = {
 """Faults that the long law found."""
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize(("seed", "number"), FOUND)
 def test_cases_that_the_long_law_found_cost_no_more_than_a_grid(seed: int, number: int) -> None:
     case = cases(number + 1, seed)[number]

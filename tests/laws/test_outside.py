@@ -265,6 +265,7 @@ def test_a_pose_that_only_the_margin_forbids_gets_its_nearest_neighbour(arm: aa.
     assert none.status is aa.Status.ELBOW_MARGIN  # which limits may leave nothing of
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("kind", ["reach", "limits"])
 @pytest.mark.parametrize("arm", [*ARM_OF.values(), *OFFSET.values()], ids=[*ARM_OF, *OFFSET])
 def test_explain_names_what_solve_finds(arm: aa.Arm, kind: str) -> None:

@@ -32,6 +32,7 @@ def feasible_is_solvable(arm: aa.Arm, q: NDArray[np.float64]) -> int:
     return held
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_branch_is_feasible_where_50_digits_find_a_solution(name: str) -> None:
     """`feasible` has every branch in which a search with 50 digits finds a solution of parked joints."""

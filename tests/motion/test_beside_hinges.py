@@ -37,7 +37,7 @@ def lines(arm: Any, rows: int, n: int, seed: int, open_: float = 0.0) -> Any:
         yield q, line(arm, q, shift).pose(np.linspace(0, 1, rows))
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize("name", ARMS)
 @pytest.mark.parametrize("rows", [30, 300])
 @pytest.mark.parametrize(

@@ -289,6 +289,7 @@ def test_a_target_aside_is_come_to_and_rested_on(policy: aa.Repulsion, dt: float
         assert now.why in (aa.Status.ACCELERATION_LIMIT, aa.Status.VELOCITY_LIMIT, aa.Status.JOINT_JUMP)
 
 
+@pytest.mark.turns(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("fallback", [None, "nearest_pose"])
 @pytest.mark.parametrize("acceleration", [None, 10.0])

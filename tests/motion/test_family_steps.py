@@ -116,7 +116,7 @@ def test_a_step_under_bounds_moves_wherever_one_without_them_does(arm: aa.Arm) -
     assert partly > 20
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @MORE
 @pytest.mark.parametrize("acceleration", [None, 3.0])
@@ -152,7 +152,7 @@ def test_follow_is_a_loop_of_steps(arm: aa.Arm, bounds: dict[str, Any]) -> None:
     assert ok.any() or bounds
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @EVERY
 def test_a_wish_for_the_elbow_is_met_and_the_tool_stays(arm: aa.Arm) -> None:
     """Steps with Towards(direction or point) keep the pose and reach the best psi of their arc."""
@@ -189,6 +189,7 @@ def left(arm: aa.Arm, q: Any, pose: Any) -> tuple[Any, Any]:
     return pose[:3, 3] - there[:3, 3], axis * np.arctan2(size, np.trace(turn) - 1) / max(size, 1e-300)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("bounds", [{}, {"velocity": 1.5, "dt": DT}], ids=["free", "bounded"])
 @EVERY
 def test_out_of_reach_it_comes_to_rest_where_no_small_move_leads_nearer(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import draw
 from support.offset_search import can_follow, straight_lines
 from support.touching import distances
 
@@ -309,7 +310,7 @@ def test_a_plan_among_what_moves_is_clear_at_every_moment(name: str) -> None:
             return aa.Scene([aa.Ball(at, 0.03, name="lamp")], clearance=0.01)
 
         path = aa.plan(bare, without.path, scene=passing, obstacle_speed=0.4)
-        places = np.linspace(0.0, 1.0, 401)
+        places = np.linspace(0.0, 1.0, 401 if draw.COUNT else 101)
         near = [
             [
                 distances(bare, q[None], passing(float(s)))[0].min()

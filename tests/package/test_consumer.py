@@ -130,6 +130,7 @@ def test_headers_need_only_what_they_include_behind_foreign_macros(number: int, 
     run(need_tool(compiler), *STRICT, *BARE, *more, f"-I{INCLUDE}", "-fsyntax-only", source)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("header", UMBRELLAS)
 def test_an_older_standard_is_one_error_that_names_the_one_needed(header: str, compiler: str) -> None:
     """C++17 gets one error, which says that C++20 is needed."""
@@ -289,14 +290,14 @@ def test_the_command_line_tells_where_the_cmake_files_are() -> None:
 
 
 @pytest.mark.parametrize("compiler", COMPILERS if draw.COUNT else COMPILERS[1:])
-def test_an_outside_project_finds_and_uses_the_package(prefix: Path, compiler: str, tmp_path: Path) -> None:
+def test_an_outside_project_finds_and_uses_the_package(prefix: Path, compiler: str) -> None:
     """A CMake project builds against the installed package, and consumer.cpp finds no fault."""
-    run(build(CONSUMER, prefix, need_tool(compiler), tmp_path, "consumer"))
+    run(build(CONSUMER, prefix, need_tool(compiler), prefix.parent / compiler, "consumer"))
 
 
 @pytest.mark.parametrize("compiler", COMPILERS if draw.COUNT else COMPILERS[1:])
-def test_the_kdl_solver_agrees_with_kdl(prefix: Path, compiler: str, tmp_path: Path) -> None:
+def test_the_kdl_solver_agrees_with_kdl(prefix: Path, compiler: str) -> None:
     """kdl_solver.cpp, built against KDL, finds no fault."""
     if not Path("/usr/include/kdl/chainiksolver.hpp").is_file() and "CMAKE_PREFIX_PATH" not in os.environ:
         missing("orocos-kdl is not installed (Debian: liborocos-kdl-dev)")
-    run(build(CONSUMER, prefix, need_tool(compiler), tmp_path, "kdl_solver", "-DWITH_KDL=ON"))
+    run(build(CONSUMER, prefix, need_tool(compiler), prefix.parent / compiler, "kdl_solver", "-DWITH_KDL=ON"))

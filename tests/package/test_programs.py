@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support import draw
 from support.needs import missing
 from support.programs import counts
 
@@ -32,7 +33,7 @@ def test_nothing_that_a_control_loop_calls_allocates() -> None:
 )
 def test_the_proof_of_a_stretch_of_a_path(family: str, many: str, least: int, none: str) -> None:
     """prove_stretch.cpp finds no false proof, no near miss unproven, no false break."""
-    found = counts("prove_stretch", "-O1")
+    found = counts("prove_stretch", "-O1", f"-DSAMPLES={2000 if draw.COUNT else 500}")
     assert found[f"{many}_{family}"] > least and found[f"{none}_{family}"] == 0, found
 
 

@@ -59,7 +59,7 @@ def obstacle_ends(arcs: aa.ArcSet) -> list[tuple[float, aa.types.ArcEnd]]:
     return [(float(psi), end) for psi, end in pairs if end.side == "obstacle"]
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(3)
 @EACH_BODY
 @MORE
 def test_a_value_is_feasible_if_and_only_if_it_keeps_limits_and_clear(arm: aa.Arm, body: aa.Body) -> None:
@@ -147,6 +147,7 @@ def test_distances_are_those_of_the_true_links(arm: aa.Arm, body: aa.Body) -> No
             assert abs(slope - near.psi_rate) < share * max(1.0, abs(slope))
 
 
+@pytest.mark.turns(2)
 @MORE
 def test_solve_is_the_nearest_that_is_clear(arm: aa.Arm) -> None:
     """`solve` in a scene keeps limits and clearance, and no clear joints on a grid are nearer."""

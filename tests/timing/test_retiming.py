@@ -141,6 +141,7 @@ def test_a_straight_motion_in_joints_is_as_fast_as_can_be(length: float) -> None
     assert exact.duration * (1 - 1e-6) <= found.duration <= exact.duration * 1.001
 
 
+@pytest.mark.turns(3)
 @paths
 def test_twice_the_bounds_is_faster_and_four_times_the_acceleration_half_the_time(path: aa.JointPath) -> None:
     """`retime` with four times the acceleration, and no other bound, takes half the time."""
@@ -297,6 +298,7 @@ def test_standing_tools_and_the_shortest_lines_are_timed(way: float, jerk: float
         assert np.abs(np.diff(at.qdd, axis=0)).max() / (found.duration / 9999) <= jerk * (1 + 5e-3)
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize("way", [1e-9, 1e-8, 1e-7])
 def test_lines_of_less_than_a_micrometre_are_timed(way: float) -> None:
     """`retime` of lines of 1 nm to 0.1 µm takes the least time within 1 %."""
@@ -402,6 +404,7 @@ def test_what_cannot_be_timed_is_refused() -> None:
         refused(aa.InputError, f"retime takes no {word}=: ", aa.retime, LINE, **{word: 0.1})
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize("option", ["velocity", "acceleration", "tool_speed"])
 def test_a_motion_of_years_is_refused_before_its_rows_are_made(option: str) -> None:
     """`retime` refuses motions of more than 4 000 000 rows, and bounds too small."""
@@ -441,7 +444,7 @@ def swing(n: int) -> aa.JointPath:
     return aa.JointPath.from_joints(ARM, q, between="tool")
 
 
-@pytest.mark.parametrize("rows", [1200, 400] if draw.COUNT else [1200])
+@pytest.mark.parametrize("rows", [1200, 400] if draw.COUNT else [400])
 def test_corners_closer_than_a_cycle_count_as_acceleration(rows: int) -> None:
     """In 10 or 20 ms velocities change by at most acceleration times that and a cycle, at many
     corners too.
@@ -494,6 +497,7 @@ def test_a_spline_through_rows_that_repeat_is_timed_as_it_is(asked: dict[str, fl
     assert timed.duration == pytest.approx(once.duration, rel=1e-3)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize(("rows", "cycle"), [(1700, 1e-3), (150, 0.0)])
 def test_it_turns_at_more_corners_than_a_grid_has_intervals(
     rows: int, cycle: float, monkeypatch: pytest.MonkeyPatch
@@ -514,6 +518,7 @@ def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:
     assert durations[0] == pytest.approx(durations[1], rel=0.02)
 
 
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("jerk", [50.0, 500.0])
 @pytest.mark.parametrize("blend", [0.005, 0.02])
 def test_a_tool_speed_is_held_round_a_blended_corner(blend: float, jerk: float) -> None:

@@ -1,4 +1,4 @@
-// The proof of a stretch at random arms of two families and random stretches, beside many samples of them.
+// The proof of a stretch at random arms of two families and random stretches, beside SAMPLES samples of each.
 // Prints lines "name value":
 //
 //     proven_*    stretches that are proven whole
@@ -54,7 +54,7 @@ template <class Place>
 void look(const Arm& arm, const Place& place, Count& count) {
     double q[joints], q_end[joints];
     Directions<double> d;
-    constexpr int samples = 2000;
+    constexpr int samples = SAMPLES;
     std::vector<double> row(joints * (samples + 1)), room(samples + 1, infinity);
     for (int i = 0; i <= samples; ++i) {
         const double there = place(i / double(samples), d);
