@@ -21,7 +21,6 @@ from support.calibrated import (
 from support.chain import turn
 from support.draw import count, generator
 from support.laws import POSE, circle_gap, gap
-from support.threads import in_threads
 
 import armangle as aa
 from armangle.models.catalogue import srs_catalogue
@@ -51,6 +50,7 @@ def test_forward_is_the_chain_walked_link_by_link(arm: aa.Arm) -> None:
             assert gap(spun @ plain_forward(arm, row), plain_forward(arm, moved)) <= POSE
 
 
+@pytest.mark.turns(3)
 @EVERY
 def test_the_proven_share_is_that_of_other_poses_too(arm: aa.Arm) -> None:
     """`deviation.proven_share`, from 50 poses, is that of 400 others but for chance."""
@@ -147,41 +147,6 @@ def test_without_deviation_it_is_the_exact_arm(name: str) -> None:
     assert arm.deviation.nominal is arm
 
 
-@EVERY
-def test_derivatives_are_those_of_the_true_chain(arm: aa.Arm) -> None:
-    """`jacobian` and `self_motion` of a calibrated arm equal differences of its true chain."""
-    q = postures(arm, 20, 5)
-    q = q[off_singular(arm, q, 0.2)]
-    step = 1e-6
-    for row in q[:5]:
-        numeric = np.zeros((6, 7))
-        for j in range(7):
-            moved = [plain_forward(arm, row + s * step * np.eye(7)[j]) for s in (1, -1)]
-            numeric[:3, j] = (moved[0] - moved[1])[:3, 3] / (2 * step)
-            spin = (moved[0] - moved[1])[:3, :3] @ plain_forward(arm, row)[:3, :3].T / (2 * step)
-            numeric[3:, j] = spin[2, 1], spin[0, 2], spin[1, 0]
-        assert gap(arm.jacobian(row), numeric) <= 1e-8
-    pose, psi, gc = arm.forward(q)
-    ahead, behind = (arm.inverse(pose, psi + s * step, gc, seed=q, limits=False) for s in (1, -1))
-    rate = arm.self_motion(pose, psi, gc)
-    assert gap((ahead - behind) / (2 * step), rate) <= 1e-6 * (1 + np.abs(rate).max())
-    assert gap(np.einsum("nij,nj->ni", arm.jacobian(q), rate), 0.0) <= 1e-9 * (1 + np.abs(rate).max())
-
-
-@EVERY
-def test_one_call_is_the_batch(arm: aa.Arm) -> None:
-    """`inverse` and `forward` of a calibrated arm are the same one by one, many and in threads."""
-    q = postures(arm, 30, 6)
-    q = q[off_singular(arm, q, 0.2)]
-    pose, psi, gc = arm.forward(q)
-    many = arm.inverse(pose, psi, gc, limits=False)
-    for i in range(len(q)):
-        assert gap(arm.inverse(pose[i], psi[i], gc[i], limits=False), many[i]) == 0.0
-        alone = arm.forward(q[i])
-        assert gap(alone[0], pose[i]) == 0.0 and alone[1] == psi[i] and alone[2] == gc[i]
-    assert gap(in_threads(2, lambda: arm.inverse(pose, psi, gc, limits=False)), many) == 0.0
-
-
 def test_what_geometry_has_no_answer_for_says_why() -> None:
     """`inverse` out of reach, and where branches meet, raises and says so; else it is exact."""
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
@@ -236,24 +201,6 @@ def test_a_file_that_is_nearly_srs_keeps_its_chain() -> None:
     assert "mrad rms" in str(read.deviation)
     exact = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     assert aa.Arm.from_urdf(exact.to_urdf()).geometry.chain is None
-
-
-def test_the_arm_as_a_value_keeps_its_chain() -> None:
-    """Base, tool, pickle, repr and reference of a calibrated arm keep its chain."""
-    arm = ARMS["openarm_v10 1.0 mm"]
-    q = postures(arm, 10, 10)
-    tool = aa.pose([0.0, 0.01, 0.1], rpy=[0.1, 0.2, 0.3])
-    base = aa.pose([0.5, 0.0, 1.0], rpy=[0.0, 0.3, 0.0])
-    assert gap(arm.with_tool(tool).forward(q)[0], arm.forward(q)[0] @ tool) <= POSE
-    moved = arm.with_(base=base @ arm.base)
-    assert gap(moved.forward(q)[0], base @ arm.forward(q)[0]) <= POSE
-    assert gap(moved.forward(q)[1], arm.forward(q)[1]) <= 1e-9
-    import pickle
-
-    assert pickle.loads(pickle.dumps(arm)) == arm
-    assert eval(repr(arm), {"Arm": aa.Arm}) == arm
-    assert arm.deviation.nominal.geometry.chain is None and arm.deviation.nominal != arm
-    assert arm.with_(reference="stereographic").geometry.chain is not None
 
 
 @pytest.mark.parametrize(
@@ -391,14 +338,3 @@ def test_a_wish_for_the_elbow_is_one_of_step_follow_and_plan() -> None:
     plain = aa.plan(arm, aa.Line(start, there), psi=aa.Towards(direction="down"))
     assert planned.certified and plain.certified
     assert arm.elbow(planned.q)[:, 2].mean() > arm.elbow(plain.q)[:, 2].mean()
-
-
-@pytest.mark.parametrize("name", ARMS)
-def test_reachable_is_the_answer_of_solve(name: str) -> None:
-    """`reachable` of a calibrated arm equals `solve(...).ok`."""
-    arm = ARMS[name]
-    poses = arm.forward(postures(arm, 40, 32), on_error="nan")[0]
-    poses[20:, :3, 3] *= 1.3
-    held = arm.reachable(poses)
-    assert held[:20].all() and not held.all()
-    assert (held == arm.solve(poses).ok).all() and isinstance(arm.reachable(poses[0]), np.bool_)

@@ -5,6 +5,7 @@ The reference is forward kinematics, a difference or a dense grid, never another
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,48 @@ def test_the_self_motion_is_a_difference_along_psi_and_leaves_the_tool(arm: aa.A
     np.testing.assert_allclose(rate, (ahead - behind) / 2e-6, rtol=1e-5, atol=1e-6)
     moved = np.einsum("nij,nj->ni", arm.jacobian(q), rate)
     np.testing.assert_allclose(moved, 0.0, atol=1e-9 * (1 + np.abs(rate).max()))
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=named)
+def test_the_jacobian_is_the_slope_of_forward(arm: aa.Arm) -> None:
+    """The columns of `jacobian` are differences of `forward`, as speeds of the tool's position and turn."""
+    for q in within(arm, np.random.default_rng(14), 5):
+        ahead, behind = (arm.forward(q + sign * 1e-6 * np.eye(7))[0] for sign in (1, -1))
+        slope = (ahead - behind) / 2e-6
+        turn = slope[:, :3, :3] @ arm.forward(q)[0][:3, :3].T
+        rows = np.vstack([slope[:, :3, 3].T, turn[:, 2, 1], turn[:, 0, 2], turn[:, 1, 0]])
+        np.testing.assert_allclose(arm.jacobian(q), rows, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=named)
+def test_an_arm_is_a_value_and_a_copy_keeps_what_is_not_changed(arm: aa.Arm) -> None:
+    """Copies by `pickle` and `repr` are equal; a tool and a base are mounted; limits change no pose."""
+    twin = pickle.loads(pickle.dumps(arm))
+    assert twin == arm and hash(twin) == hash(arm) and arm != arm.with_(name="other")
+    assert eval(repr(arm), {"Arm": aa.Arm}) == arm
+    q = within(arm, np.random.default_rng(15), 20)
+    pose, psi, _ = arm.forward(q)
+    tool, base = aa.pose([0.0, 0.02, 0.1], rpy=[0.1, 0.2, 0.3]), aa.pose([0.5, 0.0, 1.0], rpy=[0.0, 0.3, 0.0])
+    np.testing.assert_allclose(arm.with_tool(tool).forward(q)[0], pose @ tool, rtol=0, atol=1e-13)
+    moved = arm.with_(base=base @ arm.base).forward(q)
+    np.testing.assert_allclose(moved[0], base @ pose, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(moved[1], psi, rtol=0, atol=1e-9)
+    narrow = arm.with_(lower=np.maximum(arm.lower, -1.0), upper=np.maximum(arm.upper, 0.0))
+    np.testing.assert_array_equal(narrow.forward(q)[0], pose)
+    assert narrow.geometry == arm.geometry
+
+
+@pytest.mark.parametrize("arm", CLOSED, ids=named)
+def test_a_posture_is_its_own_nearest_and_not_where_its_branch_is_left_out(arm: aa.Arm) -> None:
+    """`solve` seeded with a posture gives it back to the bit; without its branch, another or none."""
+    q = within(arm, np.random.default_rng(16), 50)
+    pose, _, gc = arm.forward(q)
+    found = arm.solve(pose, seed=q)
+    np.testing.assert_array_equal(found.q, q)
+    np.testing.assert_array_equal(found.gc, gc)
+    assert (found.distance == 0).all()
+    other = arm.solve(pose[0], seed=q[0], gc=[k for k in range(8) if k != gc[0]])
+    assert not other.ok or other.gc != gc[0]
 
 
 @pytest.mark.parametrize("arm", OFFSET, ids=named)
@@ -191,6 +234,7 @@ def test_freedom_of_a_chain_counts_its_proven_intervals_and_the_branches_with_a_
     assert held[np.arange(8), gc[:8]].sum() >= 7  # one near where branches meet may be missed
     empty = (arcs.count == 0) & (np.asarray(arcs.unproven) == 0)
     assert not held[empty].any() and not has.gc[8:].any()
+    np.testing.assert_array_equal(arm.reachable(pose), arm.solve(pose).ok)
     for one, branch in np.argwhere(held == 1):
         assert arm.solve(pose[one], gc=int(branch)).ok
     assert (has.status[8:] == aa.Status.UNREACHABLE).all()

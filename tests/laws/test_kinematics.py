@@ -281,18 +281,6 @@ def test_strided_and_reversed_arrays_are_their_copies() -> None:
     assert np.array_equal(arm.inverse(pose.astype(">f8"), psi, gc.astype(np.uint8), limits=False), plain)
 
 
-def test_out_is_written_and_returned() -> None:
-    """`inverse(out=)` writes to and returns the array."""
-    arm = arms()[3]
-    _, pose, psi, gc = sample(arm, "uniform", seed=14, n=40)
-    out = np.empty((40, 7))
-    assert arm.inverse(pose, psi, gc, out=out, limits=False) is out
-    assert np.array_equal(out, arm.inverse(pose, psi, gc, limits=False))
-    one = np.empty(7)
-    assert arm.inverse(pose[0], psi[0], gc[0], out=one, limits=False) is one
-    assert np.array_equal(one, out[0])
-
-
 def test_a_wrist_on_the_shoulder_has_no_arm_angle() -> None:
     """With the wrist on the shoulder psi is NaN on request, else `forward` and `inverse` raise."""
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)

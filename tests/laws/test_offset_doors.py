@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from typing import Any
 
 import numpy as np
@@ -74,19 +73,10 @@ def test_a_copy_with_changes_keeps_the_rest() -> None:
     assert arm.name == "mine" and arm.geometry.a_6 == FR3.geometry.a_6 and (arm.acceleration == 10.0).all()
     np.testing.assert_array_equal(arm.lower, FR3.lower + 0.1)
     np.testing.assert_array_equal(arm.velocity, FR3.velocity)
-    assert pickle.loads(pickle.dumps(arm)) == arm and eval(repr(arm), {"Arm": aa.Arm}) == arm
     assert repr(FR3) == "Arm.from_catalogue('franka_fr3')"
     assert "a_6 88, d_bs 333" in str(FR3) and "a_1 117" in str(MIRRORED)
-    hand = aa.pose([0.0, 0.0, 0.1034], rpy=[0.0, 0.0, -np.pi / 4])
-    np.testing.assert_allclose(FR3.with_tool(hand).forward(Q)[0], FR3.forward(Q)[0] @ hand, atol=1e-15)
     other = FR3.with_(a_1=0.1, a_6=0.0)
     assert other.redundancy == "joint_1" and other.forward(Q)[1] == Q[0]
-
-
-def test_limits_are_asked_of_the_arm_itself() -> None:
-    """`within_limits` and `limit_margin` of an offset arm are those of its limits."""
-    assert FR3.within_limits(Q) and not FR3.within_limits(np.zeros(7))
-    assert FR3.limit_margin(Q) == np.minimum(Q - FR3.lower, FR3.upper - Q).min()
 
 
 @pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
@@ -115,30 +105,12 @@ def test_the_doors_of_the_catalogue_are_those_of_any_arm(name: str) -> None:
     np.testing.assert_allclose(psi, q[:, 6 if arm.redundancy == "joint_7" else 0], rtol=0, atol=1e-12)
 
 
-def test_a_word_of_the_name_is_enough_for_the_hint() -> None:
-    """`from_catalogue` of a part of a name raises, and names the arm."""
-    with pytest.raises(aa.InputError, match="franka_fr3"):
-        aa.Arm.from_catalogue("franka")
-
-
-POSE, PSI, GC = FR3.forward(Q)
-
-
 @pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
 def test_the_slope_of_its_limit_margin_is_that_of_its_joints(arm: aa.Arm) -> None:
     """`gradients.limit_margin` of an offset arm equals differences."""
     for q in joints(arm, 20):
         ahead, behind = (arm.limit_margin(q + s * 1e-7 * np.eye(7)) for s in (1, -1))
         np.testing.assert_allclose(aa.gradients.limit_margin(arm, q), (ahead - behind) / 2e-7, atol=1e-6)
-
-
-def test_out_is_written_where_it_fits() -> None:
-    """`inverse(out=)` of an offset arm writes to the array, and refuses another shape."""
-    out = np.empty(7)
-    assert FR3.inverse(POSE, PSI, GC, out=out) is out
-    np.testing.assert_array_equal(out, FR3.inverse(POSE, PSI, GC))
-    with pytest.raises(aa.InputError, match="out"):
-        FR3.inverse(POSE, PSI, GC, out=np.empty((3, 7)))
 
 
 def test_a_name_or_keyword_that_there_is_not_is_said() -> None:
@@ -150,6 +122,6 @@ def test_a_name_or_keyword_that_there_is_not_is_said() -> None:
     with pytest.raises(TypeError, match=r"Arm\(\) missing 3 required keyword-only arguments: 'd_se'"):
         aa.Arm(a_6=0.088, d_bs=0.3)
     with pytest.raises(aa.InputError, match="solve of an Arm takes no near=: "):
-        FR3.solve(POSE, near=Q)
+        FR3.solve(np.eye(4), near=Q)
     with pytest.raises(TypeError, match="unexpected keyword argument 'nonsense'"):
-        FR3.solve(POSE, nonsense=1)
+        FR3.solve(np.eye(4), nonsense=1)

@@ -5,12 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support import draw
+from support.calibrated import calibrated, calibrated_offset
 from support.strategies import Array
+from support.threads import in_threads
 
 import armangle as aa
 
 LENGTHS = (1, 2, 16, 17, 40)
-ARMS = ("kuka_iiwa7_r800", "franka_fr3")
+ARMS = {
+    "srs": aa.Arm.load("kuka_iiwa7_r800"), "offset": aa.Arm.load("franka_fr3"),
+    "srs chain": calibrated("kuka_iiwa7_r800", 1.0, 1.0),
+    "offset chain": calibrated_offset("franka_fr3", 1.0, 1.0),
+}  # fmt: skip
 
 
 def rows(arm: aa.Arm, count: int) -> tuple[Array, Array, Array]:
@@ -24,19 +30,30 @@ def rows(arm: aa.Arm, count: int) -> tuple[Array, Array, Array]:
     return q, pose, np.where(np.isfinite(psi), psi, 0.0)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("count", LENGTHS)
-@pytest.mark.parametrize("name", ARMS)
-def test_a_batch_is_its_rows(name: str, count: int) -> None:
-    """`solve`, `feasible` and `inverse` of a batch of any length equal those of its rows."""
-    arm = aa.Arm.load(name)
+@pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
+def test_a_batch_is_its_rows(arm: aa.Arm, count: int) -> None:
+    """`forward`, `solve`, `feasible` and `inverse` of a batch equal those of its rows, also by two threads.
+
+    `inverse` writes into `out=` and returns it.
+    """
     seed, pose, psi = rows(arm, count)
     gc = np.arange(count) % arm.forward(seed)[2].max(initial=1)
     batch = arm.solve(pose, seed=seed)
     one_seed = arm.solve(pose, seed=seed[0])
     arcs = arm.feasible(pose, gc)
-    q = arm.inverse(pose, psi, gc, on_error="nan")
+    q, out = arm.inverse(pose, psi, gc, on_error="nan"), np.empty((count, 7))
+    assert arm.inverse(pose, psi, gc, on_error="nan", out=out) is out
+    np.testing.assert_array_equal(out, q)
+    two = in_threads(2, lambda: (arm.inverse(pose, psi, gc, on_error="nan"), arm.solve(pose, seed=seed)))
+    np.testing.assert_array_equal(two[0], q)
+    assert two[1] == batch
+    there = arm.forward(seed)
     assert batch.q.shape == (count, 7) and batch.status.dtype == np.int8 and batch.gc.dtype == np.int64
     for i in range(count):
+        for column, its in zip(there, arm.forward(seed[i]), strict=True):
+            np.testing.assert_array_equal(column[i], its)
         for found, near in ((batch, seed[i]), (one_seed, seed[0])):
             row = arm.solve(pose[i], seed=near)
             for column, its in zip(found, row, strict=True):
@@ -48,7 +65,7 @@ def test_a_batch_is_its_rows(name: str, count: int) -> None:
 @pytest.mark.parametrize("count", LENGTHS)
 def test_a_wrong_row_of_a_batch_is_refused(count: int) -> None:
     """A wrong last row of a batch of any length raises InputError."""
-    arm = aa.Arm.load(ARMS[0])
+    arm = ARMS["srs"]
     seed, pose, psi = rows(arm, count)
     pose[:] = arm.forward(seed)[0]
     skewed, far = pose.copy(), pose.copy()

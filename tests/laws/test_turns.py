@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support import draw
-from support.maps import ARMS
 from support.planned_arms import random_arm
 from support.threads import in_threads
 
@@ -70,23 +69,6 @@ def arms(rng: np.random.Generator) -> list[aa.Arm]:
     base[:3, 3] = 0.1, 0.2, 0.3
     own = [aa.Arm.from_catalogue(name) for name in NARROW]
     return [*own, *(random_arm(rng).with_(base=base, tool=tool) for _ in range(6))]
-
-
-def test_freedom_is_the_sum_of_feasible() -> None:
-    """`freedom` sums `feasible`, and agrees with `solve` and `reachable`."""
-    rng = draw.generator(16, 1)
-    for arm in (*arms(rng), *map(aa.Arm.from_catalogue, ARMS)):
-        poses = poses_of(arm, rng, draw.count(60))
-        poses[-1, :3, 3] += 10.0
-        arcs = arm.feasible(poses)
-        has = arm.freedom(poses)
-        assert np.allclose(has.total, arcs.measure.sum(axis=-1), rtol=0, atol=1e-12)
-        assert not ((~arcs.is_empty) @ (1 << np.arange(8)) & ~has.gc).any()  # a branch of one psi it adds
-        assert np.array_equal(arm.solve(poses).ok, has.gc != 0)
-        assert np.array_equal(has.gc != 0, np.asarray(has.status) == aa.Status.OK)
-        assert np.array_equal(arm.reachable(poses), has.gc != 0)
-        assert has.status[-1] == aa.Status.UNREACHABLE and not has.gc[-1]
-        assert np.array_equal(has.arcs, arcs.count.sum(axis=-1))
 
 
 @pytest.mark.turns(4)
