@@ -98,8 +98,9 @@ public:
         }
     }
 
-    /// Writes configurations of a section: every arc is sampled evenly, and closer where joints move fast.
-    /// Every revolution within the limits is a configuration of its own.
+    /// Writes the configurations of section l with joints in `window`: every arc is sampled evenly, and
+    /// closer where joints move fast. Every revolution within the limits is a configuration of its own; if
+    /// the window is not set (first section), only those near the reference.
     void fill(const Tube& tube, const Section& l, const Window& window, Postures& out) {
         out.clear();
         if (l.status != Status::OK) return;
@@ -116,11 +117,11 @@ public:
         }
     }
 
-    /// Sets joints near which the revolutions at a first section are chosen, instead of the middles of the
-    /// ranges.
+    /// Sets joints q near which the revolutions at a first section are chosen, instead of the middles of the
+    /// ranges. Keeps the pointer.
     void set_reference(const double* q) noexcept { reference_ = q; }
 
-    /// Adds a phi that each section tries, for example that of the start or goal.
+    /// Adds a phi that each section tries, for example that of the start or goal; at most two.
     void hold(double phi) noexcept { held_[held_count_++] = phi; }
 
     /// Whether the limits permit more revolutions at the first section than were tried.
@@ -141,7 +142,8 @@ public:
         out.groups.push_back(alone);
     }
 
-    /// Adds the configurations of given model angles, in all revolutions within the limits.
+    /// Adds the configurations of given model angles (with a free roll, theta_7 is the held one), in all
+    /// revolutions within the limits and the window.
     void put_posture(double phi, const double* theta, const Window& window, Postures& out) {
         Point p{phi, {}};
         std::copy(theta, theta + joints, p.theta);
@@ -160,6 +162,7 @@ private:
     };
 
     /// Replaces the points by equally spaced phi on an arc, its ends included unless it is the full circle.
+    /// Their theta is not set.
     void spread_over(const Arc& arc, bool full) {
         points_.clear();
         const double width = arc.upper - arc.lower;
@@ -170,7 +173,7 @@ private:
         if (!full) points_.push_back({arc.upper, {}});
     }
 
-    /// Adds the configurations at those phi of hold() that lie on an arc.
+    /// Replaces the points by those phi of hold() that lie on an arc. Their theta is not set.
     void add_held(const Arc& arc) {
         points_.clear();
         for (int i = 0; i < held_count_; ++i) {
@@ -180,13 +183,14 @@ private:
         }
     }
 
-    /// Whether a point is an end of an arc, which only shows how far joints move up to it.
+    /// Whether a point is an end of an arc, which only shows how far joints move up to it; false if the arc
+    /// is a single phi.
     static bool is_end(const Point& p, const Section& l, const Arc& arc) noexcept {
         return !l.full && !detail::is_isolated(arc) && (p.phi == arc.lower || p.phi == arc.upper);
     }
 
-    /// Adds points on either side of each phi where a joint with a range above 2 pi reaches a limit. At least
-    /// one point lies between two such phi, or between one and the end of the arc.
+    /// Adds points on either side of each phi on an arc where a joint with a range above 2 pi reaches a
+    /// limit. At least one point lies between two such phi, or between one and the end of the arc.
     void add_ends(const Section& l, const Arc& arc) {
         ends_.assign({arc.lower, arc.upper});
         for (int p = 0; p < pivots; ++p) {
@@ -228,13 +232,13 @@ private:
         }
     }
 
-    /// Whether some joint moves far from one point to the next.
+    /// Whether some joint moves by more than 0.5 rad from one point to the next.
     static bool turns_far(const Point& a, const Point& b) noexcept {
         const JointLanes turn = wrap(JointLanes::load(b.theta) - JointLanes::load(a.theta));
         return any(abs(turn) > JointLanes(candidate_tuning::move));
     }
 
-    /// Inserts a point between neighbours that differ much; returns whether there were any.
+    /// Inserts a point between neighbours whose joints differ much; returns whether it inserted any.
     bool refine(const Section& l) {
         between_.clear();
         after_.clear();
@@ -255,14 +259,16 @@ private:
         return true;
     }
 
-    /// Default value of a joint without other reference: the middle of its range, or its fixed value.
+    /// Default value of a joint without other reference: the middle of its range (0 unless both limits are
+    /// finite), or its fixed value.
     double at_rest(int j) const noexcept {
         const bool held = task_.arm.roll_free && j == joints - 1;
         return held ? to_q(task_.arm, j, task_.held_theta_7) : armangle::middle(task_.limits, j);
     }
 
-    /// The revolutions of joint j at a first section within the limits: some around the middle. A joint whose
-    /// revolution cannot change, or does not matter, has one.
+    /// The revolutions to add to value q of joint j at a first section: of those from `fewest` to `most`,
+    /// some around the reference, or the middle of the range. A joint whose revolution cannot change, or does
+    /// not matter, has one.
     Turns first_turns(int j, double q, double fewest, double most) noexcept {
         const bool fixed = j % 2 == 1 || is_unlimited(task_.limits, j);
         const double near = reference_ ? reference_[j] : at_rest(j);

@@ -110,7 +110,8 @@ struct HalfTurn {
     Interval cos_near{0.0}, cos_far{0.0};
 };
 
-/// The range of |a| for which theta = turn + g |a| lies within (lower, upper), where turn = centre + 2 pi k.
+/// The range of |a| for which theta = turn + g |a|, g = 1 or -1, stays within the limits `range`, narrowed by
+/// the slack.
 inline HalfTurn half_turn(const ThetaRange& range, double turn, double g) noexcept {
     const double lower = range.lower, upper = range.upper;
     const double near = (g > 0 ? lower - turn : turn - upper) + proof::slack,
@@ -187,7 +188,8 @@ struct Claim {
         }
     }
 
-    /// The limits of joint j as a range of theta, widened by the slack if the curve begins or ends on one.
+    /// The limits of joint j as a range of theta; one on which the curve begins or ends is moved out a
+    /// little.
     ThetaRange claimed_range(int j) const noexcept {
         const ThetaRange range = theta_range(curve.arm, limits, j);
         ThetaRange out = range;
@@ -199,21 +201,22 @@ struct Claim {
         return out;
     }
 
-    /// Whether the arm is stretched at s, up to rounding.
+    /// Whether the arm is stretched at s of stretch x, up to rounding.
     bool straight(const Stretch& x, double s) const noexcept {
         const Triangle<double> t = curve.motion_at(x, s).circle.triangle;
         return t.eta.sin == 0 && t.eta.cos > 0 && t.excess <= t.rounding;
     }
 
-    /// Whether a range of s ends at an end of the curve where the arm is stretched; there the elbow may reach
-    /// its end.
+    /// Whether a range of s begins with the curve's start, or ends with its end, where the arm is stretched;
+    /// the elbow is not kept away from its end there.
     bool stretches_out(double from, double to) const noexcept {
         return (stretched[0] && from == curve.stretches.front().start) ||
                (stretched[1] && to == curve.stretches.back().end);
     }
 
-    /// The joint (0: joint 2, 1: joint 6) that is 0 at the start (end) of the curve, if the range of s begins
-    /// (ends) there (Curve::singular_hinge); -1: none. `way` is 1 at the start, -1 at the end.
+    /// The joint (0: joint 2, 1: joint 6) that is 0 or pi at the start (end) of the curve, if the range of s
+    /// begins (ends) there (Curve::singular_hinge); -1: none, or a margin is requested. `way` is 1 at the
+    /// start, otherwise -1.
     int shut_at(const Stretch& x, double from, double to, double& way) const noexcept {
         const Stretch &front = curve.stretches.front(), &back = curve.stretches.back();
         if (asked_margin > 0) return -1;
@@ -244,7 +247,7 @@ struct Claim {
         return max(limits.lower[j] - q, q - limits.upper[j]) <= proof::converted * (1 + abs(theta));
     }
 
-    /// Adds the conditions that a cosine lies within a range of |theta|.
+    /// Adds the conditions that |theta|, with this cosine, lies within the range h.
     template <class T>
     static void limit_half_turn(const HalfTurn& h, const T& cosine, Conditions<T>& out) noexcept {
         if (h.has_near) out.add(T(h.cos_near) - cosine);
@@ -257,8 +260,8 @@ struct Claim {
         return u * T(angle.cos) - v * T(angle.sin);
     }
 
-    /// Adds the conditions that theta stays in the sector around `middle` and within the limits; false if it
-    /// cannot.
+    /// Adds the conditions that theta of pivot p, with sine u and cosine v (times a length), stays in the
+    /// sector around `middle` (rad) and within the limits; false if `middle` is outside the limits.
     template <class T>
     bool turning(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
         if (!(middle > lower[p] && middle < upper[p])) return false;
@@ -271,13 +274,14 @@ struct Claim {
     }
 
     /// The index of the allowed arc in which a stretch is to be proven: the one that contains psi at s; -1:
-    /// none.
+    /// none. `allowed` must not be null.
     int arc_at(const Stretch& x, double s) const noexcept {
         const double near = s < 0.5 * (x.start + x.end) ? x.psi : x.psi_end;
         return find(*allowed, curve.solve(x, s, phi_at(x, s), x.q, near).psi, 0.0).index;
     }
 
-    /// Adds the conditions that psi stays within an arc, narrowed by the slack.
+    /// Adds the conditions that psi, at `here`, the configuration at s, stays within an arc narrowed by the
+    /// slack.
     template <class T>
     void limit_psi(const Arc& arc, const Stretch& x, const T& s, const PlacedDirections<T>& here,
                    Conditions<T>& out) const noexcept {
@@ -290,9 +294,10 @@ struct Claim {
         limit_cone(above, below, r - l > pi, out);
     }
 
-    /// Writes all conditions over a range of s; false if they cannot hold. arc: must contain psi; null: any.
-    /// bent: whether the elbow stays away from its end. shut: joint 2 or 6 (0, 1) if it is 0 at an end of the
-    /// range. The directions of its neighbours are then divided by the distance to that end; by the mean
+    /// Appends all conditions over a range of s to `out`; false if they cannot hold. middle: theta (rad) of
+    /// joints 1, 3, 5 and 7 at the middle of the range. arc: must contain psi; null: any. bent: whether the
+    /// elbow stays away from its end. shut: joint 2 or 6 (0, 1) if it is 0 or pi at an end of the range; -1:
+    /// neither. The directions of its neighbours are then divided by the distance to that end; by the mean
     /// value theorem the quotients are their slopes. way: 1 if the range begins at that end, else -1.
     template <class T>
     bool evaluate(const Stretch& x, const T& s, const double* middle, const Arc* arc, bool bent,
@@ -342,8 +347,9 @@ struct Claim {
         return true;
     }
 
-    /// Adds the conditions that joint 1, 3, 5 or 7 stays within its limits, in its revolution; false if it
-    /// cannot.
+    /// Adds the conditions that pivot p (0 to 3: joint 1, 3, 5, 7), with theta's sine u and cosine v (times a
+    /// length), stays within its limits. If their range is 360 degrees or more, it must also stay in the
+    /// sector around `middle` (rad); false if `middle` is then outside the limits.
     template <class T>
     bool limit_pivot(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
         if (kind[p] == PivotKind::turning) return turning(p, u, v, middle, out);
@@ -351,8 +357,9 @@ struct Claim {
         return true;
     }
 
-    /// Adds the conditions that joint 2 or 6, of either sign, stays within its limits, or within +-60
-    /// degrees. A requested margin still keeps it away from 0.
+    /// Adds the conditions that joint 2 or 6 (h: 0, 1), with sine and cosine of theta (times a length), stays
+    /// within its limits, and within +-60 degrees if their range is 360 degrees or more. It may cross 0,
+    /// unless a singularity margin is requested.
     template <class T>
     void limit_crossing(int h, const T& sine, const T& cosine, Conditions<T>& out) const noexcept {
         const double l = hinge_lower[h], u = hinge_upper[h];
@@ -361,8 +368,8 @@ struct Claim {
         if (asked_margin > 0) out.add(sine * sine - T(sine_square));
     }
 
-    /// Adds the conditions that a direction stays in a cone: above its lower and below its upper end, or, if
-    /// the cone is wider than 180 degrees, one of both.
+    /// Adds the conditions that a direction stays in a cone: `above` its lower and `below` its upper end
+    /// (positive if so), or, if the cone is wider than 180 degrees, one of both.
     template <class T>
     static void limit_cone(const T& above, const T& below, bool wide, Conditions<T>& out) noexcept {
         if (wide) return out.add_either(above, below);
@@ -385,14 +392,15 @@ bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
 /// Proves a curve stretch by stretch, or records where and why it cannot.
 class Prover {
 public:
-    /// Computes the conditions of a curve and the work that its proof may take; proves nothing yet.
+    /// Keeps references to the curve and the limits, and computes the conditions and the work that their
+    /// proof may take; run() proves them.
     Prover(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept)
         : curve_(curve), claim_(curve, limits, margin, kept.allowed), kept_(kept) {
         budget_ = static_cast<long long>(curve.stretches.size() + 8) * proof::evaluations;
         for (int k = 0; k < kept.scenes.count; ++k) clear_.emplace_back(curve, kept.scenes[k], kept.touching);
     }
 
-    /// Proves all stretches and returns what remains unproven.
+    /// Proves all stretches and returns what remains unproven. Can be called once.
     Proof run() {
         const bool possible = claim_.possible();
         const Stretch* before = nullptr;
@@ -437,7 +445,8 @@ private:
         }
     }
 
-    /// Searches an unproven stretch for places where a limit is violated or a joint jumps.
+    /// Samples an unproven stretch, and records the first s at which a limit is violated, the pose is out of
+    /// reach, or a joint jumps.
     void look(const Stretch& x) {
         PlacedPosture before{};
         for (int i = 0; i <= proof::looks; ++i) {
@@ -457,7 +466,8 @@ private:
         }
     }
 
-    /// Whether a joint jumps between two places: after repeated halving, one half contains most of its move.
+    /// Whether a joint jumps between configuration a at s = `from` and b at `to`: after repeated halving, one
+    /// half contains most of its move.
     bool leaps(const Stretch& x, double from, double to, PlacedPosture a, PlacedPosture b) const noexcept {
         while (largest_move(a.q, b.q) > proof::leap) {
             const double half = 0.5 * (from + to);
@@ -470,7 +480,8 @@ private:
         return false;
     }
 
-    /// Proves a range of s by bisection; false if some part remains unproven.
+    /// Proves the conditions of the claim over a range of s by bisection; false if some part remains
+    /// unproven. depth: halvings so far.
     bool prove(const Stretch& x, double from, double to, int depth) {
         if (budget_ <= 0) return false;
         double middle[pivots];
@@ -501,7 +512,8 @@ private:
         return true;
     }
 
-    /// Whether all conditions are proven over a range of s.
+    /// Whether all conditions of the claim are proven over a range of s without halving it. middle: see
+    /// place().
     bool stands(const Stretch& x, double from, double to, const double* middle) noexcept {
         const Arc* arc = nullptr;
         if (claim_.allowed && !claim_.allowed->full) {
@@ -543,7 +555,8 @@ private:
         return all_positive(slopes, lower);
     }
 
-    /// Whether a limit is certainly violated at s, by more than the slack.
+    /// Whether a limit is certainly violated at s, by more than the slack; if so, records s. middle: see
+    /// place().
     bool broken(const Stretch& x, double s, const double* middle) {
         Conditions<Interval> at;
         bool bad = claim_.allowed && !claim_.allowed->full && claim_.arc_at(x, s) < 0;
@@ -574,7 +587,7 @@ private:
 }  // namespace detail
 
 /// Proves limits (the arm's, or narrowed by the requested margin), a singularity margin (rad), and further
-/// conditions along a curve.
+/// conditions along a curve. Returns the unproven stretches and the violations that were found.
 inline Proof certify(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept = {}) {
     return detail::Prover(curve, limits, margin, kept).run();
 }

@@ -108,13 +108,15 @@ struct WatchedPair {
     double F(double distance) const noexcept {
         return plane() ? distance - R : (distance - R) * (distance + R);
     }
-    /// The upper bound A of the second derivative of F over a stretch of width h.
+    /// The upper bound A of the second derivative of F over a stretch of width h, from bounds w of the pair's
+    /// relative motion.
     double bend(const MotionBounds& w, double h) const noexcept {
         return plane() ? w.bend : 2.0 * (w.speed * w.speed + (R + w.speed * h) * w.bend);
     }
 };
 
-/// Whether F > 0 between two ends, if F is at least F_a and F_b there and its second derivative is at most A.
+/// Whether F > 0 between two ends at the distance h of s, if F is at least F_a and F_b there and its second
+/// derivative is at most A.
 inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept {
     return F_a > 0 && F_b > 0 && A < infinity && least_between(F_a, F_b, A, h) > 0;
 }
@@ -122,15 +124,16 @@ inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept 
 /// Bounds for the motion of all shapes of a scene over a stretch.
 class SceneMotion {
 public:
-    /// Reserves bounds of motion for each shape of a scene, to be computed for a stretch; distances are
-    /// proven with `slack` (m) to spare.
+    /// Keeps a reference to the scene, and reserves bounds of motion for each shape; distances are proven
+    /// with `slack` (m) to spare.
     explicit SceneMotion(const Scene& scene, double slack = clear_proof::slack)
         : scene_(scene), slack_(slack) {
         arm_rod_.resize(static_cast<std::size_t>(arm_rod_count(scene)));
         held_.resize(static_cast<std::size_t>(scene.held_count));
     }
 
-    /// Computes the bounds from enclosures of the frames over a stretch.
+    /// Computes the bounds of the first `arm_rods` arm rods and of all held shapes from enclosures of the
+    /// frames over a stretch.
     void enclose(const SceneFrames<Enclosed>& f, int arm_rods) {
         for (int k = 0; k < arm_rods; ++k)
             arm_rod_[static_cast<std::size_t>(k)] =
@@ -150,7 +153,7 @@ public:
         const MotionBounds& b = pair.kind == Kind::arm_rod_held ? held(pair.other) : arm_rod(pair.other);
         return {a.speed + b.speed, a.bend + b.bend};
     }
-    /// The bounds for arm rod k: a part of link 3 or 4, or a swinging shape.
+    /// The bounds for arm rod k: a part of link 3 or 4, or a shape of link 1, 2, 5 or 6.
     const MotionBounds& arm_rod(int k) const noexcept { return arm_rod_[static_cast<std::size_t>(k)]; }
     /// The bounds for shape h of link 7 or the gripper.
     const MotionBounds& held(int h) const noexcept { return held_[static_cast<std::size_t>(h)]; }
@@ -205,7 +208,8 @@ void near_balls(const Scene& scene, const std::vector<Rod>& arm_rod, const Reach
                        [&](const Solid& ball, int id) { found(k, ball, id); });
 }
 
-/// Calls found(pair) for each pair that could collide within half a stretch of width h.
+/// Calls found(pair) for each pair of shapes that could collide on a stretch of width h of s with middle
+/// `at`, without the pairs that may touch or never meet.
 template <class Found>
 void near_pairs(const SceneMotion& moving, const PlacedScene& at, double h, const Found& found) {
     using Kind = WatchedPair::Kind;
@@ -276,15 +280,16 @@ void near_pairs(const SceneMotion& moving, const PlacedScene& at, double h, cons
 /// Proves that a curve is collision-free, stretch by stretch.
 class ClearProver {
 public:
-    /// `touching`: a requested end may touch an obstacle, so distances are proven without the slack.
+    /// Keeps references to the curve and the scene. `touching`: a requested end may touch an obstacle, so
+    /// pairs may be too near by the slack.
     ClearProver(const Curve& curve, const Scene& scene, bool touching)
         : curve_(curve),
           scene_(scene),
           moving_(scene, touching ? -clear_proof::slack : clear_proof::slack),
           budget_(0) {}
 
-    /// Whether the part [from, to] of a stretch is proven collision-free; the place of a collision is added
-    /// to `violated`.
+    /// Whether the part [from, to] of a stretch is proven collision-free; the place of a collision that is
+    /// found on the way is added to `violated`.
     bool prove(const Stretch& x, double from, double to, std::vector<double>& violated) {
         if (scene_.base_tag) {
             violated.push_back(0.5 * (from + to));
@@ -305,7 +310,7 @@ public:
     }
 
 private:
-    /// The frames of the links of the curve at s.
+    /// The frames of the links at s of the present stretch.
     template <class T>
     SceneFrames<T> frames(const T& s) const noexcept {
         const Stretch& x = *stretch_;
@@ -331,7 +336,8 @@ private:
         moving_.enclose(frames(Enclosed::variable(Interval(from, to))), arm_rod_count(scene_));
     }
 
-    /// Measures the distances of the listed pairs at s.
+    /// Calls take(pair, F) for each listed pair with its F at s. If one collides there, sets `touches_` and
+    /// records s.
     template <class Take>
     void measure(double s, std::vector<WatchedPair>& pairs, const Take& take) {
         here_.place(scene_, frames(s));
@@ -344,7 +350,7 @@ private:
     }
 
     /// Whether no listed pair collides between two s at which they were measured, by bisection. `moving_`
-    /// must hold the bounds over this range.
+    /// must hold the bounds over this range. depth: halvings so far.
     bool stands(double from, double to, const std::vector<WatchedPair>& pairs, int depth) {
         if (touches_) return touches_ = false;
         const double h = to - from, middle = 0.5 * (from + to);

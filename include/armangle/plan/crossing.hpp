@@ -75,8 +75,8 @@ inline bool meets(const JointFunctions<double>& f, const LimitTable& limits, int
            (f.hinge[h].low.above_minus_one < most && limits.least_cosine[h] < most - 1.0);
 }
 
-/// The joint that rotates around one axis with the joint two further on if joint 2 or 6 (h: 0, 1) is 0: joint
-/// 1 or 5.
+/// The joint that may lead near joint 2 or 6 (h: 0, 1), because it shares the axis of the joint two further
+/// on if that one is 0: joint 1 or 5.
 inline int leading_joint(int h) noexcept { return pivot_joint[2 * h] + 1; }
 
 /// Searches a path that may change its branch where two branches meet.
@@ -105,8 +105,8 @@ public:
         return draw(false);
     }
 
-    /// Returns the same path with fewer knots of phi, since third derivatives of a spline with knots 1e-6 of
-    /// s apart are mere rounding. Empty if a joint is locked.
+    /// Returns the path that run() found with fewer knots of phi, since third derivatives of a spline with
+    /// knots 1e-6 of s apart are mere rounding. Empty if a joint is locked.
     std::vector<Stretch> calmly() const { return asked_.locked ? std::vector<Stretch>{} : draw(true); }
 
     /// The joints (rad) at the start of the path that run() found.
@@ -142,7 +142,7 @@ private:
 
     // ---- search
 
-    /// The cost of the distances from joint limits.
+    /// The cost of the distances of joints q from their limits, without joint 4.
     double limit_cost(const double* q) const noexcept {
         double sum = 0;
         for (int j = 0; j < joints; ++j) {
@@ -165,12 +165,12 @@ private:
             wished_[k] = task_.wished_phi(asked_.branches.front(), asked_.sections[k]);
     }
 
-    /// The cost of phi at section k for its distance from the target.
+    /// The cost of phi at section k for its distance from the target; 0 without a target.
     double wish_cost_of(std::size_t k, double phi) const noexcept {
         return asked_.wish * wish_cost(phi - wished_[k]);
     }
 
-    /// The node of a configuration at section k, with its cost.
+    /// The node of a configuration at section k with its own cost per s (`rated`), not yet linked.
     Node node(std::size_t k, const Candidate& x) const noexcept {
         Node out{x, {}, limit_cost(x.q) + wish_cost_of(k, x.phi)};
         for (int h = 0; h < hinges; ++h)
@@ -178,8 +178,8 @@ private:
         return out;
     }
 
-    /// Whether obstacles and the user permit phi at section k. The permitted arcs are stored, because they
-    /// are needed often.
+    /// Whether obstacles and the user permit phi of self-motion m at section k. The permitted arcs are
+    /// stored, because they are needed often.
     bool open(std::size_t k, const SelfMotion<double>& m, double phi) {
         if (!task_.encumbered()) return true;
         std::unique_ptr<ArcSet>& left = left_[k * configurations + static_cast<std::size_t>(index(m.gc))];
@@ -247,8 +247,9 @@ private:
         }
     }
 
-    /// Searches the path of least cost from section to section, with at most `links` links, and stores its
-    /// rows; false if there is none.
+    /// Searches the path of least cost from section to section, if the task is partial as far as possible,
+    /// and stores its rows; false if there is none. Subtracts the links that it tried from `links`, and fails
+    /// when these are used up.
     bool search(long long& links) {
         const Objective plain;
         std::size_t n = asked_.sections.size();
@@ -361,7 +362,7 @@ private:
     }
 
     /// Sets the cost of all but the cheapest configurations of a section to infinity, so that the links to
-    /// the next section stay within `links`.
+    /// the next section stay within about `links`; at least 50 keep their cost.
     void keep_cheapest(std::vector<Node>& layer, long long links) {
         const auto size = static_cast<long long>(layer.size());
         const long long most = std::max(crossing_tuning::least_postures, links / std::max(size, 1LL));
@@ -389,8 +390,8 @@ private:
         row.gc = (row.gc & ~shared) | (beside.gc & shared);
     }
 
-    /// The branch of an end of the path, with the elbow sign that is used. If two branches coincide there, a
-    /// requested one.
+    /// The branch of an end of the path, with the elbow sign of the requested branches. If two branches
+    /// coincide there, a requested one.
     int own_branch(const Anchor& end) const noexcept {
         const Chain now = chain(task_.arm, end.q);
         const int own = (index(configuration(task_.arm, now.theta)) & ~2) | (asked_.branches.front() & 2);
@@ -406,9 +407,9 @@ private:
         return max(abs(x.hinge[0]), abs(x.hinge[1])) <= tolerance::one_axis;
     }
 
-    /// Links x to a configuration of the previous section, at the distance ds of s, where that lowers the
-    /// cost of x; leaves x unchanged if none does. Branches may differ only where joint 2 or 6 is near 0 or
-    /// pi.
+    /// Links x, in branch gc, to a node of `before`, the previous section at the distance ds of s, where that
+    /// lowers the cost of x; leaves x unchanged if none does. Branches may differ only where joint 2 or 6 is
+    /// near 0 or pi.
     void link(Node& x, int gc, const EightBlocks& eight, const std::vector<Node>& before,
               double ds) const noexcept {
         const int differ = gc ^ eight.gc;
@@ -437,8 +438,8 @@ private:
         return self_motion(task_.arm, row.circle, configuration(row.gc));
     }
 
-    /// Moves a row to the value x of its parameter (phi or a leading joint); false if there is no
-    /// configuration.
+    /// Moves a row to the value x (rad) of its parameter; false, with the row unchanged, if the leading joint
+    /// does not determine phi there.
     bool put(Row& row, double x) const noexcept {
         const SelfMotion<double> m = motion(row);
         Directions<double> d;
@@ -464,8 +465,8 @@ private:
         return true;
     }
 
-    /// The derivative dtheta / dphi of joint 1 (5) near theta_2 (theta_6) = 0; 0 if this joint may not lead
-    /// there.
+    /// The speed |dtheta / dphi| of joint 1 or 5 (h: 0, 1) at a row; 0 if joint 2 (6) is not near 0 or pi, or
+    /// theta does not determine phi.
     double speed(const Row& row, int h) const noexcept {
         const double theta = from_meeting(to_theta(task_.arm, hinge_joint[h], row.q[hinge_joint[h]]));
         if (abs(theta) > 2 * crossing_tuning::near) return 0;
@@ -480,7 +481,7 @@ private:
         return sin_cos(to_theta(task_.arm, j, row.q[j]));
     }
 
-    /// Makes joint `lead` (1..7) the parameter of a row; 0: phi.
+    /// Makes joint `lead` (1..7) the parameter of a row, at its present value; 0: phi.
     void set_lead(Row& row, int lead) const noexcept {
         row.lead = lead;
         if (lead == 0) {
@@ -492,8 +493,9 @@ private:
         row.side = t.slope(sin_cos(row.phi)) > 0 ? -1.0 : 1.0;
     }
 
-    /// Chooses the parameter of each row: the fastest of phi, theta_1 and theta_5. A joint keeps leading
-    /// while it is no slower than phi, so that the change happens where both are possible.
+    /// Chooses the parameter of each row: theta_1 or theta_5 where it is much faster than phi, otherwise phi.
+    /// A joint keeps leading while it is no slower than phi, so that the change happens where both are
+    /// possible.
     void choose_leads() {
         const std::size_t n = rows_.size();
         std::vector<int> lead(n, 0);
@@ -544,7 +546,8 @@ private:
                ((k ? rows_[k].s - rows_[k - 1].s : 0.0) + (k + 1 < n ? rows_[k + 1].s - rows_[k].s : 0.0));
     }
 
-    /// Computes the derivative of each row's joints with respect to its parameter, by differences.
+    /// Computes the derivatives of each row's joints and phi with respect to its parameter, by differences; 0
+    /// where there is no configuration.
     void find_slopes() {
         for (Row& row : rows_) {
             Row left = row, right = row;
@@ -556,7 +559,7 @@ private:
         }
     }
 
-    /// Reduces the cost of the path by damped Gauss-Newton steps.
+    /// Moves the rows that are not fixed to reduce the cost of the path, by damped Gauss-Newton steps.
     void relax() {
         const std::size_t n = rows_.size();
         if (n < 2) return;
@@ -620,8 +623,8 @@ private:
         }
     }
 
-    /// Adds the first derivative (`gradient`) and a positive second derivative (`diagonal`) of the cost of
-    /// row k by its phi.
+    /// Adds the first derivative (to `gradient`) and a positive second derivative (to `diagonal`) of the cost
+    /// of row k by its parameter.
     void own_slopes(std::size_t k, double& gradient, double& diagonal) const noexcept {
         const Row& row = rows_[k];
         if (!is_nan(wished_[k])) {
@@ -663,8 +666,8 @@ private:
         return {lift(angle.value(), near), angle.coefficient[1], 2 * angle.coefficient[2]};
     }
 
-    /// Draws the path as splines over runs of rows with the same parameter. Each spline joins the next with
-    /// two continuous derivatives.
+    /// Draws the path as splines over runs of rows with the same parameter; `few`: with fewer knots of phi.
+    /// Each spline joins the next with two continuous derivatives.
     std::vector<Stretch> draw(bool few) const {
         std::vector<Stretch> out;
         const std::size_t n = rows_.size();
@@ -696,13 +699,15 @@ private:
         return out;
     }
 
-    /// The parameter from row k to the next: that of either row, the later one first.
+    /// The leading joint from row k to the next: that of the later row or, if phi leads there, of the
+    /// earlier; 0: phi.
     int step_lead(std::size_t k) const noexcept {
         return rows_[k + 1].lead != 0 ? rows_[k + 1].lead : rows_[k].lead;
     }
 
-    /// Whether a spline needs no knot at s, because the knots before it and the last one are close enough.
-    /// After a run of phi, knots start as dense as before; the end of each segment stays a knot.
+    /// Whether a spline needs no knot at s, because it is close to the latest of the knots `before` or to
+    /// `last`, the end of the run. After a run of phi (`first` is false), knots start as dense as before; the
+    /// end of each segment stays a knot.
     bool crowded(double s, const std::vector<double>& before, double last, bool first) const noexcept {
         const std::size_t n = before.size();
         double apart = crossing_tuning::apart;
@@ -713,7 +718,7 @@ private:
         return true;
     }
 
-    /// Whether phi is nearly straight from a knot at s over the rows from k on.
+    /// Whether phi is nearly straight from a knot (s, phi) over the next rows, from k to `to` at most.
     bool is_straight(std::size_t k, std::size_t to, double s, double phi) const noexcept {
         std::size_t end = k;
         while (end < to && rows_[end].s < s + crossing_tuning::apart) ++end;

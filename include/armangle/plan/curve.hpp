@@ -102,7 +102,7 @@ struct Curve {
 
     /// The path segment of a stretch.
     const Segment& segment(const Stretch& x) const noexcept { return segment_of(segments, x); }
-    /// The stretch at s.
+    /// The stretch at s; between two, the later one.
     const Stretch& stretch(double s) const noexcept { return stretch_at(stretches, s); }
 
     /// The branch (0..7) of a stretch: its own, or that of the whole curve. If joint 1 or 3 (5 or 7) leads,
@@ -119,14 +119,15 @@ struct Curve {
         return abs(std::sin(theta)) <= tolerance::one_axis ? other : -1;
     }
 
-    /// The self-motion at s, counted in phi, for any scalar.
+    /// The self-motion at s of stretch x, counted in phi, for any scalar.
     template <class T>
     SelfMotion<T> motion_at(const Stretch& x, const T& s) const noexcept {
         const Circle<T> c = circle(arm, flange_pose(arm, pose_at(segment(x), s)), plane);
         return self_motion(arm, c, spread<T>(configuration(branch(x))));
     }
 
-    /// Computes the configuration at s with phi, or leading theta, equal to `value`, for any scalar.
+    /// Computes the configuration at s of stretch x with phi, or leading theta, equal to `value`, for any
+    /// scalar.
     template <class T>
     PlacedDirections<T> place(const Stretch& x, const T& s, const T& value) const noexcept {
         PlacedDirections<T> out;
@@ -147,8 +148,9 @@ struct Curve {
         return out;
     }
 
-    /// The configuration at s with joints in the revolution nearest to `near` within the limits, and psi
-    /// nearest to near_psi. value: phi, or theta of the leading joint.
+    /// The configuration at s of stretch x, with psi nearest to near_psi and joints in the revolution nearest
+    /// to the seven in `near`, within the limits if their range is below 2 pi. value: phi, or theta of the
+    /// leading joint.
     PlacedPosture solve(const Stretch& x, double s, double value, const double* near,
                         double near_psi) const noexcept {
         PlacedPosture out;
@@ -250,8 +252,8 @@ struct Curve {
 
 namespace detail {
 
-/// The polar form (blossom) of a cubic spline on the interval t[3] .. t[4], from its four control values; t:
-/// the six knots around.
+/// The polar form (blossom) at three arguments u of a cubic spline on the interval t[2] .. t[3], from its
+/// four control values c; t: the six knots around.
 inline double blossom(const double* c, const double* t, const double (&u)[3]) noexcept {
     double d[4] = {c[0], c[1], c[2], c[3]};
     for (int r = 1; r <= 3; ++r)
@@ -317,7 +319,8 @@ inline Spline refined(const Spline& old, const std::vector<double>& breaks) {
     return out;
 }
 
-/// The stretches of a spline, also cut at the ends of segments, so that each lies within one.
+/// The stretches of a spline, also cut at the ends of segments, so that each lies within one. Their joints
+/// are not set.
 inline std::vector<Stretch> stretches_of(const Spline& x, std::span<const Segment> segments) {
     std::vector<Stretch> out;
     std::size_t next = 0;  // the first segment that ends after the present place
@@ -343,7 +346,8 @@ inline std::vector<Stretch> stretches_of(const Spline& x, std::span<const Segmen
     return out;
 }
 
-/// The stretches of the polyline phi(s) through the given values, one fewer than these.
+/// The stretches of the polyline phi(s) through the given values, one fewer than these. Their joints are not
+/// set.
 inline std::vector<Stretch> straight_stretches(const std::vector<double>& s, const std::vector<double>& phi) {
     std::vector<Stretch> out(s.size() - 1);
     for (std::size_t i = 0; i + 1 < s.size(); ++i) {
@@ -357,8 +361,9 @@ inline std::vector<Stretch> straight_stretches(const std::vector<double>& s, con
 
 namespace detail {
 
-/// The configuration at an end of a stretch, near given joints. If theta_2 or theta_6 vanishes there, joints
-/// 1 and 5 are the limits from within, since they vary like the root of the distance.
+/// The configuration at the start or, if `last`, the end of a stretch, near given joints and psi. If theta_2
+/// or theta_6 is 0 or pi there, the joints next to it are the limits from within, since they vary like the
+/// root of the distance.
 inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last, const double* near,
                                  double psi) noexcept {
     const double s = last ? x.end : x.start,
@@ -391,8 +396,8 @@ inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last
 
 }  // namespace detail
 
-/// Computes the joints at the ends of every stretch, continuous from q0 and psi0 on. `stretches` are those of
-/// the curve.
+/// Sets the joints and psi at the ends of every stretch, continuous from q0 and psi0 on. `stretches` are
+/// those of the curve.
 inline void lift_stretches(const Curve& curve, std::span<Stretch> stretches, const double* q0,
                            double psi0) noexcept {
     double q[joints], psi = psi0;

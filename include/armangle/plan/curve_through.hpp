@@ -32,7 +32,8 @@ struct CurveThrough {
     std::vector<Stretch> stretches;
     int torn = -1;  // the first row after which no continuation exists
 
-    /// `corrected(curve, stretch, s, posture)` returns the true configuration next to that of the curve.
+    /// Computes the curve through `rows` (two or more) of a path. `corrected(curve, stretch, s, posture)`
+    /// returns the true configuration next to that of the curve.
     template <class Corrected>
     CurveThrough(const Arm& arm, std::span<const Segment> path, const PathRows& rows,
                  const Corrected& corrected) {
@@ -74,7 +75,7 @@ struct CurveThrough {
 
 private:
     /// The largest deviation (rad) of a joint from the straight move between two rows q, stored one after the
-    /// other, at some places between them; infinite if the curve has no solution at one.
+    /// other, at some places between them; infinite or NaN if the curve has no solution at one.
     template <class Corrected>
     static double swing(const Curve& curve, const Corrected& corrected, const Stretch& x,
                         const double* q) noexcept {
@@ -88,8 +89,8 @@ private:
         }
         return most;
     }
-    /// The largest deviation (rad) of the curve's joints from q at this share of a stretch; infinite where
-    /// the leading joint does not determine psi.
+    /// The largest deviation (rad) of the curve's joints from q, in any revolution, at this share of a
+    /// stretch; infinite where the leading joint does not determine psi, NaN without a solution.
     template <class Corrected>
     static double off_at(const Curve& curve, const Corrected& corrected, const Stretch& x, const double* q,
                          double share) noexcept {
@@ -112,8 +113,9 @@ private:
                off_at(curve, corrected, x, q + joints, 1.0) <= curve_through_tuning::there;
     }
 
-    /// Makes a neighbour of joint 2 or 6 lead stretch x if that joint is near 0 or pi and joints then deviate
-    /// less; the one nearer to 0 is tried first. Leaves x unchanged otherwise.
+    /// Makes a neighbour of joint 2 or 6 lead stretch x between two rows q, stored one after the other, if
+    /// that joint is near 0 or pi and joints then deviate less; the one nearer to 0 or pi is tried first.
+    /// Leaves x unchanged otherwise.
     template <class Corrected>
     static void calm(const Curve& curve, const Corrected& corrected, const double* q, Stretch& x) noexcept {
         double open[hinges];
@@ -134,8 +136,9 @@ private:
         if (open[1 - nearer] <= curve_through_tuning::near) lead(curve, corrected, 1 - nearer, q, most, x);
     }
 
-    /// Makes the neighbour of joint 2 or 6 (h: 0, 1) lead stretch x from row q to the next, if no joint then
-    /// deviates by more than `most` (rad); otherwise leaves x unchanged and returns false.
+    /// Makes the neighbour of joint 2 or 6 (h: 0, 1) lead stretch x between two rows q, stored one after the
+    /// other, if no joint then deviates by more than `most` (rad); otherwise leaves x unchanged and returns
+    /// false.
     template <class Corrected>
     static bool lead(const Curve& curve, const Corrected& corrected, int h, const double* q, double most,
                      Stretch& x) noexcept {

@@ -60,11 +60,11 @@ struct BranchReport {
 
 namespace detail {
 
-/// How far (rad, at most 90 degrees) joint `far` must rotate before the end effector can move with a twist,
-/// if theta_2 and theta_6 are 0. at: the DH frames; speed: velocity of the tool's origin, which is at tip.
-/// Joints 1 to 4 alone move the wrist (5 to 7 and 4 the shoulder, relative to the tool): three equations for
-/// the near pivot, its neighbour and the elbow. The remaining rotation is around the axes of joint `far` and
-/// its neighbour.
+/// How far (rad, from -90 to 90 degrees) joint `far` (5 or 1) must rotate before the end effector can move
+/// with a twist, if theta_2 and theta_6 are 0. at: the DH frames; speed: velocity of the tool's origin, which
+/// is at tip; turning: angular velocity. Joints 1 to 4 alone move the wrist (5 to 7 and 4 the shoulder,
+/// relative to the tool): three equations for the near pivot, its neighbour and the elbow. The remaining
+/// rotation is around the axes of joint `far` and its neighbour.
 inline double turn_before(const Pose<double> (&at)[joints + 1], const Vec3<double>& tip,
                           const Vec3<double>& speed, const Vec3<double>& turning, int far) noexcept {
     const int pivot = far == 5 ? 0 : 4, hinge = far == 5 ? 1 : 5;  // near pivot and hinge: axes i of frame i
@@ -83,7 +83,8 @@ inline double turn_before(const Pose<double> (&at)[joints + 1], const Vec3<doubl
     return angle - pi * round(angle / pi);
 }
 
-/// Whether a self-motion has an arm angle after a limit of a joint is widened by `extra` (rad).
+/// Whether a self-motion has an arm angle within the limits after one limit of a joint (0 to 6) is widened by
+/// `extra` (rad).
 inline bool opens(const Task& task, const SelfMotion<double>& m, int joint, bool upper,
                   double extra) noexcept {
     Limits wide = task.limits;
@@ -92,7 +93,8 @@ inline bool opens(const Task& task, const SelfMotion<double>& m, int joint, bool
     return feasible(m, limit_table(task.arm, wide, task.table.margin), arcs) == Status::OK;
 }
 
-/// How far (rad) one limit must be widened so that an arm angle exists; infinite if that alone does not help.
+/// How far (rad, at most 2 pi) one limit of a joint (0 to 6) must be widened so that an arm angle exists;
+/// infinite if that alone does not help.
 inline double opening(const Task& task, const SelfMotion<double>& m, int joint, bool upper) noexcept {
     const double limit = upper ? task.limits.upper[joint] : task.limits.lower[joint];
     if (!(abs(limit) < infinity) || !opens(task, m, joint, upper, two_pi)) return infinity;
@@ -104,7 +106,7 @@ inline double opening(const Task& task, const SelfMotion<double>& m, int joint, 
     return high;
 }
 
-/// A minimal set of joints (bits) whose limits together leave no arm angle.
+/// A minimal set of joints (bit j: joint j + 1) whose limits together leave no arm angle; 0 if one is left.
 inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<double>& m) noexcept {
     const JointFunctions<double> f = joint_functions(m);
     ArcSet each[joints];
@@ -142,13 +144,14 @@ namespace detail {
 /// not help.
 class PathOpening {
 public:
-    /// motions: those of `s`, rising; `empty` is the first without an arm angle within the limits.
+    /// Keeps references to its arguments. motions: those of `s`, rising; `empty` is the first without an arm
+    /// angle within the limits.
     PathOpening(const Task& task, int gc, const std::vector<double>& s,
                 const std::vector<SelfMotion<double>>& motions, std::size_t empty)
         : task_(task), gc_(gc), s_(s), motions_(motions), empty_(empty) {}
 
-    /// How far (rad) one limit of a joint must be moved outwards so that every section has a solution;
-    /// infinite if no widening of this limit suffices.
+    /// How far (rad) one limit of a joint (0 to 6) must be widened so that every motion has an arm angle,
+    /// with a little to spare; infinite if no widening of this limit suffices.
     double of(int joint, bool upper) const {
         double most = opening(task_, motions_[empty_], joint, upper);
         std::size_t worst = empty_;
@@ -173,14 +176,14 @@ public:
     }
 
 private:
-    /// The limits with one limit of a joint moved out by `extra` (rad).
+    /// The limits with one limit of a joint (0 to 6) widened by `extra` (rad).
     LimitTable moved_out(int joint, bool upper, double extra) const noexcept {
         Limits wide = task_.limits;
         (upper ? wide.upper : wide.lower)[joint] += upper ? extra : -extra;
         return limit_table(task_.arm, wide, task_.table.margin);
     }
 
-    /// The largest required widening (rad) between the neighbours of a self-motion, by golden-section search.
+    /// The largest required widening (rad) between the neighbours of motion `at`, by golden-section search.
     double largest_widening(std::size_t at, int joint, bool upper) const noexcept {
         const double share = 0.5 * (std::sqrt(5.0) - 1.0);
         double low = s_[at ? at - 1 : 0], high = s_[std::min(at + 1, s_.size() - 1)], most = 0;
@@ -219,8 +222,9 @@ private:
 
 }  // namespace detail
 
-/// Reports the joints that leave no arm angle on these sections of a path (each of them has none). Also finds
-/// the limits that, widened alone, would leave one at every s, by slightly more than the least amount.
+/// Adds to `out` the joints that leave no arm angle on sections `from` to `to` - 1 of a tube (each of them
+/// has none), from `shown` of these. Also adds the limits that, widened alone, would leave one at every s, by
+/// slightly more than the least amount.
 inline void explain_limits(const Task& task, const Tube& tube, std::size_t from, std::size_t to, int shown,
                            BranchReport& out) {
     const std::size_t count = to - from;
@@ -253,7 +257,8 @@ inline void explain_limits(const Task& task, const Tube& tube, std::size_t from,
         }
 }
 
-/// Diagnosis of one pose and branch: ok, unreachable or impossible, with the explanation.
+/// Diagnosis of the limits at one pose and branch, without obstacles: ok, unreachable or impossible, with the
+/// explanation.
 inline BranchReport diagnose(const Task& task, double s, int gc) {
     ArcSet arcs;
     BranchReport out;

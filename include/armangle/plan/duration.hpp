@@ -42,7 +42,8 @@ struct Pull {
     double least = -infinity, most = infinity;
 };
 
-/// The range of d2s/dt2 that the acceleration bounds permit at a place, at (ds/dt)^2 = y.
+/// The range of d2s/dt2 that the acceleration bounds permit at a place, at (ds/dt)^2 = y; empty if none is
+/// permitted.
 inline Pull pull(const Bend& bend, const JointBounds& bounds, double y) noexcept {
     Pull out;
     for (int j = 0; j < joints; ++j) {
@@ -69,7 +70,8 @@ inline double velocity_cap(const Bend& bend, const JointBounds& bounds) noexcept
     return out;
 }
 
-/// The greatest y up to `cap` from which a permitted u leads to a y in [0, next] over a step of s.
+/// The greatest y up to `cap` from which a permitted u leads to a y in [0, next] over a step of s; 0 if none
+/// does.
 inline double leading_on(const Bend& bend, const JointBounds& bounds, double cap, double next,
                          double step) noexcept {
     const auto leads = [&](double y) {

@@ -20,15 +20,15 @@ struct FamilyCurve {
     std::span<const Segment> segments;
     std::span<const Stretch> stretches;
 
-    /// Computes the directions of the joints on a stretch at s, for any scalar. Returns the distance from the
-    /// end of the reach (a share of the reach); positive if a solution exists.
+    /// Computes the directions of the joints on a stretch at s, for any scalar. Returns by how much a
+    /// solution exists, as a share of the reach; negative without one.
     template <class T>
     T place(const Stretch& x, const T& s, Directions<T>& out) const noexcept {
         return family.place(pose_at(segment_of(segments, x), s), gc, phi_at(x, s), out);
     }
 
-    /// The configuration at s, with joints in the revolution nearest to the straight line between the ends of
-    /// the stretch; NaN if there is no solution.
+    /// The configuration at s of stretch x, with joints in the revolution nearest to the straight line
+    /// between the ends of the stretch; NaN if there is no solution.
     PlacedPosture at(const Stretch& x, double s) const noexcept {
         PlacedPosture out;
         out.pose = pose_at(segment_of(segments, x), s);
@@ -43,10 +43,11 @@ struct FamilyCurve {
                 there ? lift(to_q(family.rows(), j, atan2(d.y[j], d.x[j])), way.near(j, s)) : not_a_number;
         return out;
     }
-    /// The configuration at s.
+    /// The configuration at s; NaN if there is no solution.
     PlacedPosture at(double s) const noexcept { return at(stretch_at(stretches, s), s); }
 
-    /// The derivatives q', q'', q''' with respect to s: three rows of seven.
+    /// The derivatives q', q'', q''' with respect to s: three rows of seven. Between two stretches, those of
+    /// the later one.
     void derivatives(double s, double* out) const noexcept {
         using J = Jet<double, 3>;
         Directions<J> d;
@@ -85,7 +86,7 @@ namespace detail {
 struct HeldArc {
     double lower = 1.0, upper = -1.0, turn = 0.0;  // empty
 
-    /// Takes the arc that contains the middle of a stretch.
+    /// Takes the allowed arc that contains the middle of a stretch; empty if there is none.
     HeldArc(const ArcSet& allowed, const Stretch& x) noexcept {
         const double phi = phi_at(x, 0.5 * (x.start + x.end));
         const Place at = find(allowed, phi, 0.0);
@@ -94,7 +95,7 @@ struct HeldArc {
         upper = allowed.arc[at.index].upper;
         turn = two_pi * round((at.psi - phi) / two_pi);
     }
-    /// The distance (rad) to the nearer end, positive within the arc.
+    /// The distance (rad) to the nearer end of the arc, positive within it.
     template <class T>
     T room(const Stretch& x, const T& s) const noexcept {
         const T phi = phi_at(x, s) + T(turn);

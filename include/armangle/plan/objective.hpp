@@ -55,8 +55,9 @@ inline double joint_speed(double velocity, double acceleration, double length) n
     return min(velocity, std::sqrt(acceleration * length));
 }
 
-/// The time for a unit of s (s), to the power of 8. It is the largest time of a joint, as the smooth norm of
-/// order 8 of all, which is up to 28 % more.
+/// The time for a unit of s (s) at rates dq/ds of the joints, to the power of 8; slowness (s/rad): time of
+/// each joint for a radian. It is the largest time of a joint, as the smooth norm of order 8 of all, which is
+/// up to 28 % more.
 inline double pace_to_8(const double* slowness, const double* rate) noexcept {
     const double least = objective_tuning::still * objective_tuning::still;
     double sum = least * least * least * least;
@@ -66,7 +67,8 @@ inline double pace_to_8(const double* slowness, const double* rate) noexcept {
     }
     return sum;
 }
-/// The approximate largest ratio of a joint's rate to its bound; `slowness` is one over the bounds.
+/// The time for a unit of s (s) at rates dq/ds of the joints: up to 28 % more than the largest of slowness
+/// |rate|.
 inline double pace(const double* slowness, const double* rate) noexcept {
     return std::sqrt(std::sqrt(std::sqrt(pace_to_8(slowness, rate))));
 }
@@ -76,7 +78,7 @@ inline double pace(const double* slowness, const double* rate) noexcept {
 struct PaceSlope {
     double slope, curved;
 };
-/// These entries for one joint. With x = slowness rate, the slope is slowness (x / n)^7.
+/// The entries for one joint at pace n. With x = slowness rate, the slope is slowness (x / n)^7.
 inline PaceSlope pace_slope(double slowness, double rate, double n) noexcept {
     const double share = slowness * rate / n, cubed = share * share * share;
     return {slowness * cubed * cubed * share, 7 * slowness * slowness * cubed * cubed / n};
@@ -96,10 +98,11 @@ inline double weight(const Objective& objective, Kind kind) noexcept {
     return kind == Kind::limit ? objective.limits : objective.singularities;
 }
 
-/// The cost of a distance (rad) from a limit or a singularity; 0 from `enough` on. Below a floor the cost is
-/// its tangent, so that it is finite at distance 0, where a path may begin. The slope there is finite too, so
-/// that the path leaves calmly, and it points outward, so that it does leave. The floor is higher for
-/// singularities, since many motions begin at theta_2 = 0 or theta_6 = 0.
+/// The cost of a distance (rad) from a limit or a singularity; 0 from `enough` on, and everywhere if `enough`
+/// is not above the floor. Below a floor the cost is its tangent, so that it is finite at distance 0, where a
+/// path may begin. The slope there is finite too, so that the path leaves calmly, and it points outward, so
+/// that it does leave. The floor is higher for singularities, since many motions begin at theta_2 = 0 or
+/// theta_6 = 0.
 template <class T>
 T cost(const T& distance, Kind kind, double enough) noexcept {
     if (!(distance < T(enough)) || enough <= objective_tuning::floor) return T(0.0);
@@ -117,14 +120,16 @@ inline double wish_cost(double gap) noexcept { return gap == gap ? 2 - 2 * sin_c
 
 namespace detail {
 
-/// Calls take(distance, kind) with the distances (rad) of joint value q from the limits of joint j.
+/// Calls take(distance, kind) with the distances (rad) of joint value q from the finite limits of joint j;
+/// negative beyond.
 template <class T, class Take>
 void limit_distances(const Task& task, int j, const T& q, const Take& take) {
     if (task.limits.lower[j] > -infinity) take(q - T(task.limits.lower[j]), Kind::limit);
     if (task.limits.upper[j] < infinity) take(T(task.limits.upper[j]) - q, Kind::limit);
 }
 
-/// Calls take(distance, kind) with the distances (rad) of theta from 0 and +-pi, where the arm is singular.
+/// Calls take(distance, kind) with the distances (rad) of theta from 0 and +-pi, where the arm is singular,
+/// minus the requested margin.
 template <class T, class Take>
 void singular_distances(const Task& task, const T& theta, const Take& take) {
     const T size = abs(wrap(theta));
@@ -152,7 +157,8 @@ struct Rating {
     double cost = 0;           // of all distances, weighted
 };
 
-/// The least margin (rad) and the cost of limits and singularities at joints q.
+/// The least margin (rad) and the cost of limits and singularities at joints q, without joint 4; terms of
+/// weight 0 do not count.
 inline Rating rating(const Task& task, const Objective& objective, const double* q) noexcept {
     Rating out;
     distances(task, q, [&](double distance, Kind kind) {
@@ -163,7 +169,8 @@ inline Rating rating(const Task& task, const Objective& objective, const double*
     return out;
 }
 
-/// The margin (rad) of joint 4 at q_4 and theta_4 - delta = +-eta. It depends on the path, not on phi.
+/// The margin (rad) of joint 4 at q_4 and theta_4 - delta = +-eta, without terms of weight 0. It depends on
+/// the path, not on phi.
 inline double elbow_margin(const Task& task, const Objective& objective, double q_4,
                            const SinCos<double>& eta) noexcept {
     double least = infinity;

@@ -83,7 +83,7 @@ Mat3<T> about_own_z(const Mat3<T>& frame, const SinCos<T>& sc) noexcept {
     return {frame.x * sc.cos + frame.y * sc.sin, frame.y * sc.cos - frame.x * sc.sin, frame.z};
 }
 
-/// A frame rotated around the axis of a motion, by its angle up to t.
+/// A frame rotated around the axis of a motion by t times its angle.
 template <class T>
 Mat3<T> turned(const Mat3<T>& frame, const Motion& w, const T& t) noexcept {
     if (w.alpha == 0) return frame;
@@ -202,8 +202,8 @@ inline void turn_to(Segment& g, const Mat3<double>& to) noexcept {
 
 }  // namespace detail
 
-/// A straight line at constant speed. The frame takes the shortest rotation, or keeps its first orientation
-/// if `fixed`.
+/// A straight line at constant speed from s = `start` to `end`. The frame takes the shortest rotation, or
+/// keeps its first orientation if `fixed`.
 inline Segment line(double start, double end, const Pose<double>& from, const Pose<double>& to,
                     bool fixed) noexcept {
     Segment g = detail::still(start, end, from);
@@ -212,8 +212,8 @@ inline Segment line(double start, double end, const Pose<double>& from, const Po
     return g;
 }
 
-/// A rotation around a line (point, unit direction) by an angle (rad), with an advance (m) along it;
-/// `carried`: the frame rotates too.
+/// A rotation from s = `start` to `end` around a line (point, unit direction) by an angle (rad), with an
+/// advance (m) along it; `carried`: the frame rotates too.
 inline Segment screw(double start, double end, const Pose<double>& from, const Vec3<double>& point,
                      const Vec3<double>& direction, double angle, double advance, bool carried) noexcept {
     Segment g = detail::still(start, end, from);
@@ -238,7 +238,7 @@ struct ArcThrough {
     double angle;
 };
 
-/// The circular arc from one point through another to a third (m).
+/// The circular arc from one point through another to a third (m); its angle is 0 if they lie on a line.
 inline ArcThrough arc_through(const Vec3<double>& from, const Vec3<double>& via,
                               const Vec3<double>& to) noexcept {
     const Vec3<double> a = via - from, b = to - from, normal = cross(a, b);
@@ -252,20 +252,22 @@ inline ArcThrough arc_through(const Vec3<double>& from, const Vec3<double>& via,
     return {centre, axis, angle > 0 ? angle : angle + two_pi};
 }
 
-/// The same arc, with the shortest rotation of the frame to that of a pose.
+/// The segment g with the same positions, but the shortest rotation from its first orientation to that of a
+/// pose.
 inline Segment arc_to(Segment g, const Pose<double>& to) noexcept {
     detail::turn_to(g, to.rotation);
     return g;
 }
 
-/// The length (m) of the path of the tool's origin in a motion and, below, the rotation (rad) of its frame.
+/// The length (m) of the path of the tool's origin in a motion.
 inline double length(const Motion& w) noexcept {
     return norm(Vec3<double>{norm(w.along), w.beta * norm(w.a), 0});
 }
 /// The angle (rad) by which a motion rotates.
 inline double turn(const Motion& w) noexcept { return abs(w.alpha); }
 
-/// The largest angle (rad) whose sine or cosine the segment uses.
+/// A bound of the angle (rad) by which frame or point turn in a segment, as if at their largest rate
+/// throughout: a blend begins or ends at twice its mean rate.
 inline double largest_angle(const Segment& g) noexcept {
     const double first = max(abs(g.motion.alpha), abs(g.motion.beta));
     return max(abs(g.rolled),
@@ -282,7 +284,7 @@ inline double size(const Segment& g) noexcept {
 
 namespace detail {
 
-/// The part of a segment (not of a blend) between two of its t.
+/// The part of a segment (no blend, not rolled) between two of its t.
 inline Segment part(const Segment& g, double from, double to) noexcept {
     Segment out = g;
     const Motion& w = g.motion;

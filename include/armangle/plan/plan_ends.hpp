@@ -23,7 +23,7 @@ struct PlanEndsTuning {
     static constexpr double widest_gap = 0.05;  // of an end from the solution that replaces it (rad)
 };
 
-/// The distance (rad) of theta of joint 2 or 6 from the nearest of 0 and +-pi.
+/// The distance (rad) of theta of joint 2 or 6, from -pi to pi, from the nearest of 0 and +-pi.
 inline double singularity_distance(double theta) noexcept {
     const double size = abs(theta);
     return min(size, pi - size);
@@ -58,9 +58,9 @@ inline FixedEnds fixed_ends(const AnchoredEnds& ends, const double* q) noexcept 
     return out;
 }
 
-/// Makes stretch x end at the exact joints of a goal, because phi determines only the sum of the rotations of
-/// two joints if theta_2 or theta_6 is 0 there. Leaves x unchanged if a joint would move by more than
-/// `end_move` (rad).
+/// Makes stretch x end at the exact joints of a goal, in the revolution of x, because phi determines only the
+/// sum of the rotations of two joints if theta_2 or theta_6 is 0 there. Leaves x unchanged if a joint would
+/// move by more than `end_move` (rad).
 inline void end_at(const double* goal, Stretch& x) noexcept {
     double off[joints], most = 0;
     for (int j = 0; j < joints; ++j) {
@@ -76,8 +76,8 @@ public:
     /// Keeps a reference to the task; start and goal are arguments of the functions below.
     explicit PlanEnds(const Task& task) noexcept : task_(task) {}
 
-    /// A joint, 1..7, with a range below a thousandth of a radian, so that it determines phi; or 0. Among
-    /// several, the one with the smallest range.
+    /// A joint, 1..7 but not 4, with a range below a thousandth of a radian, so that it determines phi; or 0.
+    /// Among several, the one with the smallest range.
     int locked_joint() const noexcept {
         int out = 0;
         double least = PlanEndsTuning::locked;
@@ -100,8 +100,8 @@ public:
         asked.theta = to_theta(task_.arm, j, q);
     }
 
-    /// Whether a requested end q has an anchor and lies in a configuration with this sign of the elbow; true
-    /// if q is null.
+    /// Whether a requested end q has an anchor and lies in a configuration with this sign of the elbow (bit 1
+    /// of a branch: 0 or 2); true if q is null.
     bool hold(const Anchor& anchor, const double* q, int elbow) const noexcept {
         if (!q) return true;
         const Chain now = chain(task_.arm, q);
@@ -109,7 +109,7 @@ public:
         return anchor.given && (is_straight(now.theta) || (own & 2) == elbow);
     }
 
-    /// Whether the elbow is stretched, up to rounding.
+    /// Whether the elbow is stretched at model angles theta, up to rounding.
     bool is_straight(const double* theta) const noexcept {
         return abs(wrap(theta[3] - task_.arm.delta_angle)) <= PlanEndsTuning::straight;
     }
@@ -145,8 +145,8 @@ public:
         return out;
     }
 
-    /// The anchor of given joints at an end of the path, also if theta_2 or theta_6 vanishes: then theta_1
-    /// (theta_5) is kept, and phi follows from it.
+    /// The anchor of given joints at s, an end of the path, also if theta_2 or theta_6 vanishes: then theta_1
+    /// (theta_5) is kept, and phi follows from it. `elbow`: a branch with the sign of a stretched elbow.
     Anchor meeting_anchor(double s, const double* q, int elbow, const CrossingTask& asked) const {
         const Chain now = chain(task_.arm, q);
         Configuration<double> gc = configuration(task_.arm, now.theta);
@@ -239,8 +239,8 @@ private:
         return largest_move(q, near);
     }
 
-    /// The phi of the solution on a section that is nearest to given joints, by golden-section search from a
-    /// first guess.
+    /// The phi of the solution on a section that is nearest to given joints, within 0.2 rad of a first guess
+    /// `phi`, by golden-section search.
     double nearest_phi(const Section& l, double phi, const double* near) const noexcept {
         const double share = 0.5 * (std::sqrt(5.0) - 1.0);
         double q[joints], low = phi - PlanEndsTuning::beside, high = phi + PlanEndsTuning::beside;

@@ -48,12 +48,12 @@ namespace detail {
 template <class Draw, class Solve>
 class RowsWithin {
 public:
-    /// Keeps `rows`, joints along a path that may exceed limits, which it changes; `draw` computes a curve
-    /// through rows and `solve` the joints of a psi.
+    /// Keeps references to its arguments; run() inserts rows into `rows`, whose joints may exceed the limits.
     RowsWithin(const Limits& limits, const Draw& draw, const Solve& solve, PathRows& rows)
         : limits_(limits), draw_(draw), solve_(solve), given_(rows.q), rows_(rows) {}
 
-    /// Inserts rows until no joint passes a limit between two of them; the largest violation that is left.
+    /// Inserts rows until no joint passes a limit between two of them, beyond the violation of the given
+    /// rows; returns the largest such violation that is left.
     PassedLimit run() {
         const std::size_t n = rows_.size();
         for (std::size_t k = 0; k + 1 < n; ++k) gaps_.push_back({k, is_near(k)});
@@ -111,7 +111,8 @@ private:
         return false;
     }
 
-    /// Finds the largest limit violation between two rows, beyond that of the given rows around it.
+    /// Finds the largest limit violation between row k and the next, beyond that of the given rows around it;
+    /// excess 0 if none.
     template <class At>
     Between look(const At& at, std::size_t k) const {
         Between out{k};
@@ -131,8 +132,8 @@ private:
         return out;
     }
 
-    /// Computes a row in the middle of the gap of x and stores it in x, with psi moved such that the joint is
-    /// within its limits; false if psi cannot do that, or the gap is too narrow.
+    /// Computes a row in the middle of the gap of x and stores it in x, with psi moved such that the joint of
+    /// x is within its limits; false if psi cannot do that, or the gap is too narrow.
     template <class At>
     bool put_between(const At& at, Between& x) const {
         const double from = rows_.s[x.gap], to = rows_.s[x.gap + 1];
@@ -199,7 +200,8 @@ private:
 
 }  // namespace detail
 
-/// Inserts rows where a limit is violated between rows; returns the largest remaining violation.
+/// Inserts rows where a limit is violated between rows, beyond the violation of the given rows; returns the
+/// largest that remains, with excess 0 if none does. draw, solve: see RowsWithin.
 template <class Draw, class Solve>
 PassedLimit keep_within(const Limits& limits, const Draw& draw, const Solve& solve, PathRows& rows) {
     return detail::RowsWithin<Draw, Solve>(limits, draw, solve, rows).run();

@@ -26,7 +26,7 @@ struct ScenesAlong {
     int first(double s) const noexcept { return part(s - edge); }
     /// The index of the last scene that holds at s.
     int last(double s) const noexcept { return part(s + edge); }
-    /// The scene at s.
+    /// The scene at s, which needs at least one; at a boundary the later one.
     const Scene& at(double s) const noexcept { return (*this)[last(s)]; }
 
 private:

@@ -24,7 +24,8 @@
 
 namespace armangle {
 
-/// The plane whose singular direction is farthest from the given directions of the wrist.
+/// Of 96 planes, the one whose singular direction is farthest from the given directions of the wrist (unit
+/// vectors).
 inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
     constexpr int candidates = 96;
     const double golden = pi * (3.0 - std::sqrt(5.0));
@@ -60,8 +61,8 @@ inline double margin_scale(double length) noexcept {
     const double share = length / tube_margin_tuning::short_path;
     return max(length * length, min(1.0, share * share));
 }
-/// The factor by which the cost of a target of psi is multiplied for a path along which joints turn by
-/// `length` (rad): its square, at least 1, since the user requested the target.
+/// The factor by which the cost of a target of psi is multiplied for a path that turns the arm by `length`
+/// (rad): its square, at least 1, since the user requested the target.
 inline double wish_scale(double length) noexcept { return max(1.0, length * length); }
 
 /// The constant data of a plan: the arm, the limits (narrowed by the requested margin), the path and the
@@ -95,7 +96,7 @@ struct Task {
     Pose<double> pose(double s) const noexcept {
         return pose_at(segments[segment_index(segments, segment_count, s)], s);
     }
-    /// The circle of the elbow at s.
+    /// The circle of the elbow at s, counted in phi.
     Circle<double> circle_at(double s) const noexcept {
         return circle(arm, flange_pose(arm, pose(s)), plane);
     }
@@ -120,9 +121,9 @@ struct Task {
     /// Whether obstacles or the user may forbid some phi.
     bool encumbered() const noexcept { return scenes || allowed; }
 
-    /// Writes to `out` the part of `own` (arcs of phi within the limits at s) that the user and the scene
-    /// permit. OK if some remains, else the reason. `blocking` is the pair of shapes that alone blocks all
-    /// phi, or 0.
+    /// Writes to `out` the part of `own` (arcs of phi within the limits, for the self-motion `m` at s) that
+    /// the user and the scene permit. OK if some remains, else the reason. `blocking` is the pair of shapes
+    /// that alone blocks all phi, or 0.
     Status keep_open(double s, const SelfMotion<double>& m, const ArcSet& own, ArcSet& out,
                      Tag& blocking) const {
         ArcSet asked = own;
@@ -188,7 +189,8 @@ struct Tube {
     const Arc* arc(const Section& section) const noexcept { return arcs.data() + section.first; }
 };
 
-/// The index of the arc of a section that contains phi, or is nearest to it.
+/// The index, among the arcs of a section, of the one that contains phi or is nearest to it; 0 if there is
+/// none.
 inline std::uint32_t nearest_arc(const Tube& tube, const Section& x, double phi) noexcept {
     double least = infinity;
     std::uint32_t nearest = 0;
@@ -261,7 +263,9 @@ inline double turned(const Circle<double>& p, const Circle<double>& q) noexcept 
 /// vanished, split or jumped.
 enum class Change { small, shifted, event };
 
-/// The change from the arcs of one section to those of another; an arc without a partner is an event.
+/// The change of the arcs of `a` with regard to those of `b`, mod 2 pi: an event if an arc of `a` overlaps
+/// not exactly one of `b`. An arc of `b` that overlaps none is not noticed, so the call must be made both
+/// ways.
 inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     Change worst = Change::small;
     for (int i = 0; i < a.count; ++i) {
@@ -283,8 +287,8 @@ inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     return worst;
 }
 
-/// How much the arcs of two sections differ: the larger change of both directions, `event` if they differ in
-/// number or one has none.
+/// How much the arcs of two sections differ: the larger change of both directions. It is an event if they
+/// differ in number or only one section has arcs, and small if neither has.
 inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
     if ((a.section.status == Status::OK) != (b.section.status == Status::OK)) return Change::event;
     if (a.section.status != Status::OK || (a.arcs.full && b.arcs.full)) return Change::small;
@@ -296,10 +300,11 @@ inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
 /// Builds the sections of one branch, halving their distance until neighbours are similar.
 class TubeBuilder {
 public:
-    /// An empty tube of branch gc.
+    /// Begins an empty tube of branch gc; keeps a reference to the task.
     TubeBuilder(const Task& task, int gc) : task_(task) { tube_.gc = gc; }
 
-    /// Builds the sections at the s in `base`, and more where arcs change.
+    /// Returns the tube with sections at the s in `base` (rising), and more where the arm turns far or arcs
+    /// change. Can be called once.
     Tube build(const std::vector<double>& base) {
         tube_.sections.reserve(base.size() + base.size() / 2);
         SolvedSection first = solve_section(task_, tube_.gc, base[0]);
@@ -325,8 +330,7 @@ private:
         tube_.sections.push_back(x.section);
     }
 
-    /// Whether two neighbours are similar enough, or `depth` halvings are the most that their difference is
-    /// worth.
+    /// Whether two neighbours are similar enough, or need no further halving after `depth` halvings.
     bool alike(const SolvedSection& left, const SolvedSection& right, int depth) const noexcept {
         if (depth < tube_tuning::turn_depth &&
             turned(left.section.motion.circle, right.section.motion.circle) > tube_tuning::turn)
@@ -395,8 +399,8 @@ inline constexpr double least_length =
     1e-4;  // least length of a path, so that a resting tool has weight (rad)
 }  // namespace tube_parameter_tuning
 
-/// Rising parameters of a path: the requested rows, the ends of segments, and equal steps between them,
-/// enough in number and for the rotation of each segment.
+/// Rising parameters from the start of a path to 1: the requested rows (values of s), the ends of segments,
+/// and equal steps between them, enough in number and for the rotation of each segment.
 inline std::vector<double> base_parameters(const Segment* segments, std::size_t n, const double* rows,
                                            std::size_t row_count) {
     std::vector<double> all(rows, rows + row_count), given, out;
@@ -444,8 +448,9 @@ inline double turned_length(const Task& task, const std::vector<double>& base) n
     return max(tube_parameter_tuning::least_length, sum);
 }
 
-/// The indices of the sections that become knots of the curve: all of `base`, and others if they are not too
-/// close. Closer knots would carry the noise of the search into the curvature.
+/// The indices of the sections, among the first `count`, that become knots of the curve: the first, the last,
+/// all of `base`, and others if they are not too close. Closer knots would carry the noise of the search into
+/// the curvature.
 inline std::vector<std::size_t> knots(const Tube& t, const std::vector<double>& base, std::size_t count) {
     std::vector<std::size_t> out{0};
     for (std::size_t k = 1, b = 1; k + 1 < count; ++k) {
