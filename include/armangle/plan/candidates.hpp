@@ -56,7 +56,7 @@ namespace detail {
 struct EightThetas {
     double theta[joints][8];
 
-    /// The model angles theta at eight values of phi (rad).
+    /// Computes theta at eight values of phi (rad) on section l.
     EightThetas(const Section& l, const double* phi) noexcept {
         const SinCos<Slots> sc = sin_cos(Slots::load(phi));
         const auto at = [&](const Harmonic<double>& f) {
@@ -278,8 +278,8 @@ private:
         return {static_cast<int>(max(fewest, middle - spread)), static_cast<int>(min(most, middle + spread))};
     }
 
-    /// Adds the configurations of a point: all revolutions within the limits that the previous section can
-    /// reach.
+    /// Adds the configurations of a point on the arc with index `arc`: all revolutions within the limits and
+    /// the window.
     void put(const Point& p, std::uint32_t arc, const Window& window, Postures& out) {
         const JointLanes q = to_q(JointLanes::load(p.theta), JointLanes::load(task_.arm.sign),
                                   JointLanes::load(task_.arm.offset));

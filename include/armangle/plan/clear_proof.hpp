@@ -115,8 +115,8 @@ struct WatchedPair {
     }
 };
 
-/// Whether F > 0 between two ends at the distance h of s, if F is at least F_a and F_b there and its second
-/// derivative is at most A.
+/// Whether F is certainly positive between two ends at the distance h of s, if F is at least F_a and F_b
+/// there and its second derivative is at most A.
 inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept {
     return F_a > 0 && F_b > 0 && A < infinity && least_between(F_a, F_b, A, h) > 0;
 }
@@ -163,7 +163,7 @@ public:
     double sum_of_radii(double one, double other) const noexcept {
         return one + other + scene_.clearance + slack_;
     }
-    /// The slack (m) contained in that distance.
+    /// The slack (m) contained in sum_of_radii().
     double slack() const noexcept { return slack_; }
 
 private:
@@ -198,8 +198,8 @@ struct PlacedScene {
     }
 };
 
-/// Calls found(k, ball, obstacle) for the balls whose surface is within reach(k) (m) of the segment of arm
-/// rod k.
+/// Calls found(k, ball, obstacle) for each ball of the scene's clouds, of the obstacle with this number,
+/// whose surface is within reach(k) (m) of the segment of arm rod k.
 template <class Reach, class Found>
 void near_balls(const Scene& scene, const std::vector<Rod>& arm_rod, const Reach& reach, const Found& found) {
     for (int block = 0; block < scene.block_count; ++block)

@@ -475,7 +475,7 @@ private:
         const double slope = abs(t.slope(sin_cos(row.phi)));
         return slope > crossing_tuning::slope ? slope / max(abs(std::sin(theta)), 1e-12) : 0.0;
     }
-    /// Theta of the joint that may lead near joint 2 or 6 (h: 0, 1), at a row.
+    /// Sine and cosine of theta, at a row, of the joint that may lead near joint 2 or 6 (h: 0, 1).
     SinCos<double> leading_theta(const Row& row, int h) const noexcept {
         const int j = leading_joint(h) - 1;
         return sin_cos(to_theta(task_.arm, j, row.q[j]));

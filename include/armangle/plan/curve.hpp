@@ -181,7 +181,7 @@ struct Curve {
         return out;
     }
 
-    /// The configuration at s.
+    /// The configuration at s; NaN if there is none.
     PlacedPosture at(double s) const noexcept { return at(stretch(s), s); }
 
     /// The configuration at s, which is on stretch x; NaN if there is none.
@@ -284,8 +284,8 @@ struct Spline {
     std::vector<double> breaks, control;
 };
 
-/// Schoenberg's spline of a polyline (s, phi): the control values are its values at the Greville abscissae.
-/// It equals the polyline at both ends.
+/// Schoenberg's spline, with these breaks, of a polyline (s, phi): the control values are its values at the
+/// Greville abscissae. It equals the polyline at both ends.
 inline Spline spline(const std::vector<double>& breaks, const std::vector<double>& s,
                      const std::vector<double>& phi) {
     const std::size_t n = s.size();

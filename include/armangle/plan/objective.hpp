@@ -139,8 +139,8 @@ void singular_distances(const Task& task, const T& theta, const Take& take) {
 
 }  // namespace detail
 
-/// Calls take(distance, kind) for all distances that depend on phi. Joint 4 is left out: it is the same for
-/// every phi.
+/// Calls take(distance, kind) for the distances (rad) from limits and singularities, without joint 4, which
+/// is the same for every phi.
 template <class T, class Take>
 void distances(const Task& task, const T* q, const Take& take) {
     for (int j = 0; j < joints; ++j)

@@ -186,7 +186,7 @@ inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>&
 
 namespace detail {
 
-/// A constant segment at a pose.
+/// A constant segment at a pose, from s = `start` to `end`.
 inline Segment still(double start, double end, const Pose<double>& from) noexcept {
     const Vec3<double> nought{0, 0, 0};
     const Motion none{nought, nought, nought, 0.0, {0, 0, 1}, 0.0};
@@ -274,7 +274,8 @@ inline double largest_angle(const Segment& g) noexcept {
                g.blended != 0 ? 2 * (first + max(abs(g.next.alpha), abs(g.next.beta))) : first);
 }
 
-/// The size (m) of a segment: sqrt(length^2 + (radian turn)^2) of its motions, plus its roll.
+/// The size (m) of a segment, where a radian counts as 0.2 m: sqrt(length^2 + turn^2) of its motions, plus
+/// its roll.
 inline double size(const Segment& g) noexcept {
     const auto of = [](const Motion& w) {
         return norm(Vec3<double>{length(w), path_tuning::radian * turn(w), 0});

@@ -23,7 +23,7 @@ struct WishAlong {
     const double* psi = nullptr;  // for Wish::psi: `count` of them, one or more
     std::size_t count = 0;
 
-    /// The target psi at s, of a target of this kind; that of the nearer end if s is outside [0, 1].
+    /// The target psi at s, for Wish::psi; that of the nearer end if s is outside [0, 1].
     double psi_at(double s) const noexcept {
         if (count == 1) return psi[0];
         const double x = min(max(s, 0.0), 1.0) * static_cast<double>(count - 1);
