@@ -75,7 +75,7 @@ struct CurveThrough {
 
 private:
     /// The largest deviation (rad) of a joint from the straight move between two rows q, stored one after the
-    /// other, at some places between them; infinite or NaN if the curve has no solution at one.
+    /// other, at some places between them; infinite if the curve has no solution at one.
     template <class Corrected>
     static double swing(const Curve& curve, const Corrected& corrected, const Stretch& x,
                         const double* q) noexcept {
