@@ -104,6 +104,7 @@ void bind_offset_chain(nb::class_<OffsetChainHandle>& arm) {
     bind_offset_chain_scenes(arm);
     bind_offset_chain_reach(arm);
     bind_offset_chain_solving(arm);
+    bind_offset_chain_planning(arm);
     bind_offset_kinematics_of(arm);
     arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool, Floats>(), "lengths"_a, "joint_rows"_a,
             "base"_a, "tool"_a, "offset"_a, "mirrored"_a, "chain"_a)

@@ -82,6 +82,7 @@ void bind_offset_reach(nb::class_<OffsetHandle>& arm);
 void bind_offset_arcs(nb::class_<OffsetHandle>& arm);
 void bind_offset_solving(nb::class_<OffsetHandle>& arm);
 void bind_offset_kinematics(nb::class_<OffsetHandle>& arm);
+void bind_offset_chain_planning(nb::class_<OffsetChainHandle>& arm);
 void bind_offset_chain_reach(nb::class_<OffsetChainHandle>& arm);
 void bind_offset_chain_scenes(nb::class_<OffsetChainHandle>& arm);
 void bind_offset_chain_stepping(nb::class_<OffsetChainHandle>& arm);

@@ -452,18 +452,12 @@ auto between(const SrsArm& arm, std::span<const Segment> path, const PathRows& r
     };
 }
 /// A function that gives the configuration at s between rows of an arm with an offset.
-auto between(const OffsetArm& arm, std::span<const Segment> path, const PathRows& rows) {
+template <free_joint_arm A>
+auto between(const A& arm, std::span<const Segment> path, const PathRows& rows) {
     return [&arm, path, rows](double s) {
-        return OffsetCurve{arm, path, rows.s, rows.psi, rows.q.data()}.at(s);
+        return OffsetCurve<A>{arm, path, rows.s, rows.psi, rows.q.data()}.at(s);
     };
 }
-/// The limits of an arm.
-template <class SrsArm>
-const Limits& limits_of(const SrsArm& arm) noexcept {
-    return nominal(arm).limits;
-}
-/// The limits of an arm with an offset.
-const Limits& limits_of(const OffsetArm& arm) noexcept { return arm.own.limits; }
 
 /// Returns the rows (s, psi, q, gc), with more inserted where the curve between them violates a limit
 /// (rows_within.hpp); also the largest remaining violation (rad), its joint (1 to 7), and the row before it.
@@ -472,15 +466,16 @@ nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, 
     const Buffer g(segments), at(s), joint_values(q), angles(psi), branches(gc);
     const std::span<const Segment> path = as_path(g);
     PathRows rows = as_rows(at, angles, joint_values, branches);
+    const Limits& limits = nominal(self.arm).limits;
     const auto draw = [&](const PathRows& drawn) { return between(self.arm, path, drawn); };
     const auto solve = [&](double x, double value, int branch, const double* near, double* out) {
         const Inverse found = inverse(self.arm, pose_of(path, x), value, branch, near);
         for (int j = 0; j < joints; ++j)  // another turn may be within the limits too, but the path would
                                           // jump
-            out[j] = has_a_turn(limits_of(self.arm), j) ? lift(found.q[j], near[j]) : found.q[j];
+            out[j] = has_a_turn(limits, j) ? lift(found.q[j], near[j]) : found.q[j];
         return is_solved(found.status);
     };
-    const PassedLimit passed = keep_within(limits_of(self.arm), draw, solve, rows);
+    const PassedLimit passed = keep_within(limits, draw, solve, rows);
     const std::vector<double> kept(rows.gc.begin(), rows.gc.end());
     return nb::make_tuple(as_array(rows.s, 1), as_array(rows.psi, 1), as_array(rows.q, joints),
                           as_array(kept, 1), passed.excess, passed.joint, passed.row);
@@ -493,7 +488,8 @@ public:
     OffsetRows(Floats segments, Floats s, Floats free, Floats q)
         : segments_(segments), s_(s), free_(free), q_(q) {}
     /// The curve of these rows.
-    OffsetCurve curve(const OffsetArm& arm) const noexcept {
+    template <free_joint_arm A>
+    OffsetCurve<A> curve(const A& arm) const noexcept {
         const auto n = static_cast<std::size_t>(s_.shape(0));
         return {arm,
                 {as_segments(segments_), static_cast<std::size_t>(segments_.shape(0))},
@@ -508,10 +504,11 @@ private:
 
 /// Writes q, free, branch, pose, margin and residual at each s of the curve through the rows (rows_s, free,
 /// rows_q).
-void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q, Floats s,
+template <class Handle>
+void rows_at(const Handle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q, Floats s,
              Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
     const OffsetRows rows(segments, rows_s, free, rows_q);
-    const OffsetCurve curve = rows.curve(self.arm);
+    const auto curve = rows.curve(self.arm);
     const Buffer at(s), q_out(q, true), psi_out(psi, true), branch_out(branch, true), pose_out(pose, true),
         margin_out(margin, true), residual_out(residual, true);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i) {
@@ -520,16 +517,17 @@ void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats fr
         psi_out.data<double>()[i] = here.psi;
         branch_out.data<double>()[i] = here.gc;
         store_pose(here.pose, pose_out.data<double>() + 16 * i);
-        margin_out.data<double>()[i] = limit_margin(self.arm.own.limits, here.q);
+        margin_out.data<double>()[i] = limit_margin(nominal(self.arm).limits, here.q);
         residual_out.data<double>()[i] = off(self.arm, here.q, here.pose);
     }
 }
 
 /// Writes q', q'', q''' (3, 7) at each s of the curve through the rows (rows_s, free, rows_q).
-void rows_derivatives(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q,
+template <class Handle>
+void rows_derivatives(const Handle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q,
                       Floats s, Floats out) {
     const OffsetRows rows(segments, rows_s, free, rows_q);
-    const OffsetCurve curve = rows.curve(self.arm);
+    const auto curve = rows.curve(self.arm);
     const Buffer at(s), to(out, true);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i)
         curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
@@ -569,6 +567,13 @@ nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
 
+/// Binds rows_within.
+template <class Handle>
+void bind_rows_within(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("rows_within", &rows_within<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
+}
+
 /// Binds plan_path, curve_at, curve_derivatives and rows_within.
 template <class Handle>
 void bind_planning_of(nb::class_<Handle>& arm) {
@@ -582,7 +587,7 @@ void bind_planning_of(nb::class_<Handle>& arm) {
             "residual"_a);
     arm.def("curve_derivatives", &curve_derivatives<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
             "roll_free"_a, "shifts"_a, "base"_a.none(), "s"_a, "out"_a);
-    arm.def("rows_within", &rows_within<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
+    bind_rows_within(arm);
 }
 
 /// Binds curve_through, which arms with an arm angle have.
@@ -590,6 +595,16 @@ template <class Handle>
 void bind_curve_through(nb::class_<Handle>& arm) {
     using namespace nb::literals;
     arm.def("curve_through", &curve_through<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
+}
+
+/// Binds rows_at and rows_derivatives, which arms with a free joint have.
+template <class Handle>
+void bind_rows(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("rows_at", &rows_at<Handle>, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "s"_a, "q"_a,
+            "psi"_a, "branch"_a, "pose"_a, "margin"_a, "residual"_a);
+    arm.def("rows_derivatives", &rows_derivatives<Handle>, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a,
+            "s"_a, "out"_a);
 }
 
 }  // namespace
@@ -600,12 +615,13 @@ void bind_chain_planning(nb::class_<ChainArmHandle>& arm) {
 }
 
 void bind_offset_planning(nb::class_<OffsetHandle>& arm) {
-    using namespace nb::literals;
     bind_planning_of(arm);
-    arm.def("rows_at", &rows_at, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "s"_a, "q"_a, "psi"_a,
-            "branch"_a, "pose"_a, "margin"_a, "residual"_a);
-    arm.def("rows_derivatives", &rows_derivatives, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "s"_a,
-            "out"_a);
+    bind_rows(arm);
+}
+
+void bind_offset_chain_planning(nb::class_<OffsetChainHandle>& arm) {
+    bind_rows_within(arm);
+    bind_rows(arm);
 }
 
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {

@@ -1,4 +1,4 @@
-"""Paths of arms with an offset wrist or shoulder between their rows: on the pose, smooth, and timed."""
+"""Paths of arms with an offset, own chains too, between their rows: on the pose, smooth, and timed."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.gradients import named
 
 import armangle as aa
 
 ARMS = ["franka_fr3", "ufactory_xarm7", "willow_garage_pr2_left"]
+ARMS += ["calibrated franka_fr3", "calibrated willow_garage_pr2_left"]
 READY = {
     "franka_fr3": [0.1, -0.6, 0.2, -2.2, 0.1, 1.9, 0.7],
     "ufactory_xarm7": [0.1, 0.4, 0.2, 1.2, 0.3, 0.9, 0.2],
@@ -21,11 +23,11 @@ POLICIES: list[Any] = [aa.Hold(), aa.Centre(K=0.2)]
 
 def followed(name: str, policy: Any = POLICIES[0], count: int = 25) -> aa.JointPath:
     """Return a motion of 8 cm that turns the tool by 0.2 rad, in one branch."""
-    arm = aa.Arm.from_catalogue(name)
-    first = arm.forward(READY[name])[0]
+    arm, ready = named(name), READY[name.split()[-1]]
+    first = arm.forward(ready)[0]
     s = np.linspace(0.0, 1.0, count)[:, None]
     poses = first @ aa.pose(s * [0.03, 0.05, -0.06], rotvec=s * [0.1, 0.1, -0.15])
-    path = aa.follow(arm, poses, start=READY[name], policy=policy)
+    path = aa.follow(arm, poses, start=ready, policy=policy)
     assert path.ok and len(set(path.gc.tolist())) == 1
     return path
 
@@ -125,9 +127,9 @@ def test_theta_2_and_theta_6_at_0_are_passed_as_any_place(name: str) -> None:
     """Motions through theta_2 = 0 or theta_6 = 0, by rows and by `follow`, stay on their poses
     between rows.
     """
-    arm = aa.Arm.from_catalogue(name).with_(lower=np.full(7, -4.0), upper=np.full(7, 4.0))
+    arm = named(name).with_(lower=np.full(7, -4.0), upper=np.full(7, 4.0))
     for joint in (2, 6):
-        middle = np.array(READY[name])
+        middle = np.array(READY[name.split()[-1]])
         middle[joint - 1] = -arm.geometry.signs[joint - 1] * arm.geometry.offsets[joint - 1]
         way = np.array([0.05, 0.03, -0.06, 0.04, 0.05, 0.04, -0.05])
         way[joint - 1] = 0.2

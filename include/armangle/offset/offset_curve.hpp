@@ -37,9 +37,11 @@ Pose<T> tool_pose(const OffsetArm& arm, const T* q) noexcept {
     return user_pose(arm.own, flange);
 }
 
-/// The curve of an arm with an offset through rows; arm, path and rows belong to the caller.
+/// The curve of an arm with an offset, or of one on its own chain, through rows; arm, path and rows belong to
+/// the caller.
+template <free_joint_arm AnyArm>
 struct OffsetCurve {
-    const OffsetArm& arm;
+    const AnyArm& arm;
     std::span<const Segment> segments;
     std::span<const double> s, free;  // of the rows, two or more; s rises, free is lifted
     const double* q;                  // (n, 7)
@@ -122,12 +124,13 @@ private:
     typename Equations<T>::Row rest(const Pose<T>& from, const Pose<T>& to) const noexcept {
         const Vec3<T> twice = cross(from.rotation.x, to.rotation.x) + cross(from.rotation.y, to.rotation.y) +
                               cross(from.rotation.z, to.rotation.z);
-        return {(to.position - from.position) * T(1.0 / arm.rest.reach), twice * T(0.5), T(0.0)};
+        return {(to.position - from.position) * T(1.0 / nominal_offset(arm).rest.reach), twice * T(0.5),
+                T(0.0)};
     }
     /// The error of the pose at joints `at`, and its Jacobian with a row for the joint that leads.
     Equations<double> equations(const Pose<double>& pose, int lead, const double* at) const noexcept {
         const Jacobian J = jacobian(arm, at);
-        const double per_reach = 1.0 / arm.rest.reach;
+        const double per_reach = 1.0 / nominal_offset(arm).rest.reach;
         Equations<double> out;
         out.left = rest(tool_pose(arm, at), pose);
         for (int j = 0; j < joints; ++j) {
@@ -144,7 +147,7 @@ private:
         double middle[joint_slots] = {};
         for (int j = 0; j < joints; ++j) middle[j] = from[j] + 0.5 * (to[j] - from[j]);
         const Pose<double> here = tool_pose(arm, middle);
-        const int own = arm.mirrored ? 0 : joints - 1;
+        const int own = robot_joint(arm, 6);
         for (int first = 0; first < joints; ++first) {
             const int lead = (own + first) % joints;
             detail::InverseSlope<double> back;

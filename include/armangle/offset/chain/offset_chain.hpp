@@ -155,12 +155,15 @@ inline void frames(const OffsetChain& arm, const double* q, Pose<double> (&out)[
     out[joints] = frame * own.tool_inverse;
 }
 
-/// The pose of the tip at joint values q.
-inline Pose<double> tool_pose(const OffsetChain& arm, const double* q) noexcept {
+/// The pose of the tip at joint values q, for any scalar.
+template <class T>
+Pose<T> tool_pose(const OffsetChain& arm, const T* q) noexcept {
     const Arm& own = arm.nominal.own;
-    Pose<double> frame = arm.link[0];
-    for (int k = 0; k < joints; ++k)
-        frame = detail::turned_about_z(frame, sin_cos(to_theta(own, k, q[k]))) * arm.link[k + 1];
+    Pose<T> frame = spread<T>(arm.link[0]);
+    for (int k = 0; k < joints; ++k) {
+        const T theta = to_theta(q[k], T(own.sign[k]), T(own.offset[k]));
+        frame = detail::turned_about_z(frame, sin_cos(theta)) * spread<T>(arm.link[k + 1]);
+    }
     return frame;
 }
 
