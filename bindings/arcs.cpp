@@ -291,8 +291,8 @@ struct ArcsOfFew {
     }
 };
 
-/// The sets of one pose, a small (4,4) matrix, or of up to `few` rows of them. None if an argument is not
-/// regular: the general function then converts it or raises the error.
+/// The sets of one pose, a small (4,4) matrix, or of up to `few` rows of them, in one thread. None for any
+/// other arguments: the general function then answers, or raises.
 std::unique_ptr<ArcsOfFew> feasible_few(const ArmHandle& self, nb::handle pose, nb::handle gc_object,
                                         nb::handle margin_object, nb::handle psi_margin,
                                         nb::handle discriminant, Wanted wanted, nb::handle threads,
@@ -464,10 +464,15 @@ void bind_proven_arcs(nb::class_<Handle>& arm) {
             "unproven"_a, "threads"_a, "scene"_a.none(), "left_out"_a = false);
 }
 
+/// Binds the arcs of an arm with its own chain.
 void bind_chain_arcs(nb::class_<ChainArmHandle>& arm) { bind_proven_arcs(arm); }
+/// Binds the arcs of an arm with an offset.
 void bind_offset_arcs(nb::class_<OffsetHandle>& arm) { bind_proven_arcs(arm); }
+/// Binds the arcs of an arm with an offset and its own chain.
 void bind_offset_chain_arcs(nb::class_<OffsetChainHandle>& arm) { bind_proven_arcs(arm); }
 
+/// Registers Side, Wanted, SetOperation, Case, the algebra of arcs, and the arcs and joint functions of an
+/// S-R-S arm.
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Side>(m, "Side")

@@ -13,8 +13,8 @@ namespace binding {
 
 namespace nb = nanobind;
 
-/// An array passed by Python, with its type for the stub. Only a Buffer checks it, so the type costs nothing
-/// in a call.
+/// An object passed by Python, with its type for the stub. The type is not checked, so that it costs nothing
+/// in a call: a Buffer checks that there is memory, its user type and shape.
 template <class Element>
 struct ArrayHandle : nb::handle {
     static constexpr auto Name =
@@ -133,7 +133,8 @@ inline bool as_double(nb::handle h, double& out) noexcept {
     return false;
 }
 
-/// Reads a Python int or NumPy integer as an index; false for anything else (bool and float too).
+/// Reads a Python int or NumPy integer as an index, clipped to 64 bits; false for anything else (bool and
+/// float too).
 inline bool as_index(nb::handle h, long long& out) noexcept {
     if (PyBool_Check(h.ptr()) || !PyIndex_Check(h.ptr())) return false;
     out = PyNumber_AsSsize_t(h.ptr(), nullptr);
@@ -159,8 +160,8 @@ inline bool is_masked_array(nb::handle object) noexcept {
 }
 
 /// Reads a small matrix (rows x columns; one row: a vector) from a float64 or float32 array in any order, or
-/// from nested lists or tuples of numbers. Returns false for anything else: the general function then raises
-/// the error.
+/// from nested lists or tuples of numbers. Returns false for anything else: the general function then
+/// answers, or raises the error.
 class SmallMatrix {
 public:
     /// Reads an array, or nested lists, of rows x columns numbers; false if it is anything else.
@@ -189,7 +190,7 @@ public:
 private:
     double precision_ = 0;
 
-    /// Reads an array of type T of this shape into `to`; false if the shape differs.
+    /// Reads an array whose elements the caller knows to be of type T into `to`; false if the shape differs.
     template <class T>
     static bool read_array(const Buffer& b, int rows, int columns, double* to) noexcept {
         const bool vector = rows == 1;

@@ -71,6 +71,7 @@ void check_joint_rows(const Handle& self, Floats q, const char* argument) {
     });
 }
 
+/// Binds check_poses and check_joints.
 template <class Handle>
 void bind_checks(nb::class_<Handle>& arm) {
     arm.def("check_poses", &check_poses<Handle>, nb::arg("poses"), nb::arg("argument"));
@@ -122,7 +123,7 @@ armangle::Problem check_asked(const AnyArm& arm, const armangle::InverseBatch& b
 }
 
 /// Applies one(asked, out, value), which returns its problem, to each pose, psi and branch of broadcast
-/// arrays.
+/// arrays; `rank` axes of the output belong to one of them.
 template <class AnyArm, class One>
 void for_each_asked(const AnyArm& arm, Floats pose, Floats psi, Ints gc, Floats out, int rank, int threads,
                     const One& one) {

@@ -10,7 +10,8 @@ using namespace armangle;
 
 namespace {
 
-/// Solves one element of a regular inverse; false if a pose, psi (rad) or gc is not regular, or out of reach.
+/// Writes the joints of a pose (16 numbers), psi (rad) and gc of an S-R-S arm to q; false if one is invalid,
+/// psi exceeds two turns, or the pose is out of reach.
 bool solve_regular(const Arm& arm, const double* m, double psi, long long gc, double* q) noexcept {
     double value;
     if (!(std::fabs(psi) <= likely_degrees) || gc < 0 || gc >= configurations) return false;
@@ -21,7 +22,8 @@ bool solve_regular(const Arm& arm, const double* m, double psi, long long gc, do
     std::memcpy(q, found.q, joints * sizeof(double));
     return true;
 }
-/// Writes the joints of a pose, psi and branch; false if there is a problem that must be reported.
+/// Writes the joints of a pose (16 numbers), psi (rad) and gc of a nearly S-R-S arm to q; false if one is
+/// invalid, psi exceeds two turns, or no solution is found.
 bool solve_regular(const ChainArm& arm, const double* m, double psi, long long gc, double* q) noexcept {
     double value;
     if (!(std::fabs(psi) <= likely_degrees) || gc < 0 || gc >= configurations) return false;
@@ -31,9 +33,9 @@ bool solve_regular(const ChainArm& arm, const double* m, double psi, long long g
     return found.status == Status::OK;
 }
 
-/// The joints (7,) of a regular inverse, of a (4,4) matrix, a float psi and an integer gc, or those (n, 7) of
-/// up to `few` rows of them. None if an argument is not regular, or required limits are violated: the general
-/// function then raises the error.
+/// The joints (7,) of the inverse of a (4,4) matrix, a float psi and an integer gc, or those (n, 7) of up to
+/// `few` rows of them. None for any other arguments, out of reach, or beyond required limits: the general
+/// function then answers, or raises.
 template <class Handle>
 nb::object inverse_few(const Handle& self, nb::handle pose, nb::handle psi, nb::handle gc, bool limits) {
     const Limits& own = reaching(self.arm).limits;
@@ -92,8 +94,8 @@ void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats s
     refuse(found, p, 2, of_branch ? "branch" : "pose", "seed");
 }
 
-/// Forward kinematics of one small vector (7,): returns (pose, psi, gc). None if it is not regular, or the
-/// arm angle does not exist: the general function then raises the error.
+/// Forward kinematics of one small vector (7,): returns (pose, psi, gc). None for any other argument, or if
+/// the arm angle does not exist: the general function then answers, or raises.
 template <class Handle>
 nb::object forward_one(const Handle& self, nb::handle q) {
     double joint[joints], value;
@@ -401,6 +403,7 @@ void bind_gradients(nb::class_<Handle>& arm) {
 
 }  // namespace
 
+/// Registers Enforce, Wish, pose_gradient_many, and the kinematics of an S-R-S arm.
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Enforce>(m, "Enforce")
@@ -424,6 +427,7 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("nearest_pose", &nearest_pose<ArmHandle>, "pose"_a, "out"_a);
 }
 
+/// Binds the kinematics of a nearly S-R-S arm.
 void bind_chain_kinematics(nb::class_<ChainArmHandle>& arm) {
     using namespace nb::literals;
     arm.def("inverse_few", &inverse_few<ChainArmHandle>, "pose"_a.none(), "psi"_a.none(), "gc"_a.none(),
@@ -453,8 +457,10 @@ void bind_offset_rows(nb::class_<Handle>& arm) {
     arm.def_prop_ro("delta", [](const Handle& a) { return nominal(a.arm).delta_angle; });
 }
 
+/// Binds the kinematics of an arm with an offset and its own chain.
 void bind_offset_chain_kinematics(nb::class_<OffsetChainHandle>& arm) { bind_offset_rows(arm); }
 
+/// Binds the kinematics of an arm with an offset.
 void bind_offset_kinematics(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
     arm.def("psi_towards_many", &psi_towards_many<OffsetHandle>, "pose"_a, "gc"_a, "wish"_a, "target"_a,

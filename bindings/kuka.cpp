@@ -78,6 +78,7 @@ ArcColumns kuka_e1_arcs(const ArmHandle& self, Floats pose, Ints status) {
 
 }  // namespace
 
+/// Binds KUKA's E1, Status and Turn to an S-R-S arm.
 void bind_kuka(nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     arm.def_prop_ro("is_kuka", [](const ArmHandle& self) { return kuka::is_alike(self.arm); });

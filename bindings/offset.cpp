@@ -96,6 +96,7 @@ void bind_offset_kinematics_of(nb::class_<Handle>& arm) {
 
 }  // namespace
 
+/// Binds all functions of an arm with an offset and its own chain, and its constructor.
 void bind_offset_chain(nb::class_<OffsetChainHandle>& arm) {
     using namespace nb::literals;
     bind_offset_chain_stepping(arm);
@@ -111,6 +112,7 @@ void bind_offset_chain(nb::class_<OffsetChainHandle>& arm) {
         .def_prop_ro("deviations", &deviations);
 }
 
+/// Binds all functions of an arm with an offset, and its constructor.
 void bind_offset(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
     bind_offset_stepping(arm);

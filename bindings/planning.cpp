@@ -81,7 +81,8 @@ nb::tuple path_gap(Floats segments) {
     return nb::make_tuple(n, 0.0);
 }
 
-/// Joins segments with rounded corners; also returns the largest deviations from the given ones (m, rad).
+/// Joins segments with rounded corners; radius (n,), m: of the corner after each. Also returns the largest
+/// deviations from the given segments (m, rad).
 nb::tuple path_joined(Floats segments, Floats radius) {
     const Buffer g(segments), r(radius);
     const auto n = static_cast<std::size_t>(g.shape(0));
@@ -197,29 +198,30 @@ private:
 /// Thrown to end a plan at its next checkpoint.
 struct Interrupted {};
 
-/// Plans on an S-R-S arm.
+/// Plans on an S-R-S arm. rows: values of s that must be sections of the plan.
 ChainPlan planned(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
                   std::size_t row_count, const PlanOptions& options, const Scene*) {
     return {plan(arm, segments, n, rows, row_count, options), {}, {}};
 }
-/// Plans on an arm with its own chain.
+/// Plans on an arm with its own chain; `scene` is prepared for its true links. rows: values of s that must be
+/// sections of the plan.
 ChainPlan planned(const ChainArm& arm, const Segment* segments, std::size_t n, const double* rows,
                   std::size_t row_count, const PlanOptions& options, const Scene* scene) {
     return plan(arm, segments, n, rows, row_count, options, scene);
 }
 
-/// Plans on an arm with an offset.
+/// Plans on an arm with an offset, without given sections; its scenes are in the options.
 ChainPlan planned(const OffsetArm& arm, const Segment* segments, std::size_t n, const double*, std::size_t,
                   const PlanOptions& options, const Scene*) {
     return {plan(arm, segments, n, options), {}, {}};
 }
 
 /// Plans a path and returns (ok, gc, plane, stretches, open, start gap, goal gap, branches, shifts, base).
-/// weights: limits, singularities, travel, enough, psi, duration, and seven velocities and accelerations.
-/// wished: psi at equal steps of s, or the elbow's point or direction; None without a target. allowed: count
-/// and arcs, the same for every s; allowed_at: a function of s that returns them. scenes: each for an equal
-/// part of the path. held_q_7: q of joint 7 if the roll is free. true_scene: the scene of an arm with its own
-/// chain; `scenes` are then those of its nominal arm.
+/// rows: values of s that must be sections of the plan. weights: limits, singularities, travel, enough, psi,
+/// duration, and seven velocities and accelerations. wished: psi at equal steps of s, or the elbow's point or
+/// direction; None without a target. allowed: count and arcs, the same for every s; allowed_at: a function of
+/// s that returns them. scenes: each for an equal part of the path. held_q_7: q of joint 7 if the roll is
+/// free. true_scene: the scene of an arm with its own chain; `scenes` are then those of its nominal arm.
 template <class Handle>
 nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
@@ -364,8 +366,9 @@ double off(const AnyArm& arm, const double* q, const Pose<double>& pose) noexcep
     return norm(forward(arm, q).pose.position - pose.position);
 }
 
-/// Writes q, psi, branch (as a float), pose, distance to the nearest limit and residual at each s. roll_free:
-/// joint 7 is constant, and the pose is the one reached.
+/// Writes q, psi, branch (as a float), pose, distance to the nearest limit and residual (m, of the end
+/// effector from the curve's pose) at each s. base: of the plan, None for the arm's own. roll_free: joint 7
+/// is constant, and the pose is the one reached.
 template <class Handle>
 void curve_at(const Handle& self, Floats segments, Floats stretches, Floats plane, int gc, bool roll_free,
               Floats shifts, Floats base, Floats s, Floats q, Floats psi, Floats branch, Floats pose,
@@ -609,11 +612,13 @@ void bind_rows(nb::class_<Handle>& arm) {
 
 }  // namespace
 
+/// Binds planning for an arm with its own chain.
 void bind_chain_planning(nb::class_<ChainArmHandle>& arm) {
     bind_planning_of(arm);
     bind_curve_through(arm);
 }
 
+/// Binds planning for an arm with an offset, and the curves through its rows.
 void bind_offset_planning(nb::class_<OffsetHandle>& arm) {
     bind_planning_of(arm);
     bind_rows(arm);
@@ -624,6 +629,7 @@ void bind_offset_chain_planning(nb::class_<OffsetChainHandle>& arm) {
     bind_rows(arm);
 }
 
+/// Registers Verdict, the functions of paths, interval_many, and planning for an S-R-S arm.
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Verdict>(m, "Verdict", nb::is_arithmetic())

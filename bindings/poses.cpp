@@ -68,6 +68,7 @@ void check_transforms(Floats poses, const char* argument) {
 
 }  // namespace
 
+/// Registers Orientation, check_transforms and rotations_many.
 void bind_poses(nb::module_& m) {
     using namespace nb::literals;
     nb::enum_<Orientation>(m, "Orientation")

@@ -373,16 +373,20 @@ void bind_slopes(nb::class_<Handle>& arm) {
 
 }  // namespace
 
+/// Binds reachability, maps, placement and slopes of an arm with an offset.
 void bind_offset_reach(nb::class_<OffsetHandle>& arm) {
     bind_reach_of(arm);
     bind_slopes(arm);
 }
+/// Binds the freedom of a nearly S-R-S arm.
 void bind_chain_reach(nb::class_<ChainArmHandle>& arm) { bind_freedom(arm); }
+/// Binds freedom and slopes of an arm with an offset and its own chain.
 void bind_offset_chain_reach(nb::class_<OffsetChainHandle>& arm) {
     bind_freedom(arm);
     bind_slopes(arm);
 }
 
+/// Registers Turned, and reachability, maps, placement and slopes of an S-R-S arm.
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Turned>(m, "Turned").value("BASE", Turned::base).value("TOOL", Turned::tool);

@@ -29,6 +29,8 @@ void translate(const std::exception_ptr& thrown, void*) {
 
 }  // namespace
 
+/// Registers Problem, the translation of a Refusal, and on_refusal(function), which sets the function that
+/// makes errors.
 void bind_refusal(nb::module_& m) {
     using armangle::Problem;
     nb::enum_<Problem>(m, "Problem")

@@ -507,6 +507,7 @@ void proven_widest_many(const Handle& self, const SceneHandle& scene, Floats pos
 
 }  // namespace
 
+/// Binds links, proximity and the widest arm angle of a nearly S-R-S arm.
 void bind_chain_scenes(nb::class_<ChainArmHandle>& arm) {
     using namespace nb::literals;
     arm.def("resting_links", &true_links<ChainArmHandle>, "rods"_a, "link"_a);
@@ -516,7 +517,8 @@ void bind_chain_scenes(nb::class_<ChainArmHandle>& arm) {
             "psi"_a, "out"_a, "pair"_a, "status"_a, "threads"_a);
 }
 
-/// Binds the functions of an arm with an offset, with or without its own chain.
+/// Binds links, proximity and the widest value of the free joint of an arm with an offset, with or without
+/// its own chain.
 template <class Handle>
 void bind_free_joint_scenes(nb::class_<Handle>& arm) {
     using namespace nb::literals;
@@ -526,9 +528,12 @@ void bind_free_joint_scenes(nb::class_<Handle>& arm) {
     arm.def("widest_many", &proven_widest_many<Handle>, "scene"_a, "pose"_a, "gc"_a, "margin"_a, "psi"_a,
             "out"_a, "pair"_a, "status"_a, "threads"_a);
 }
+/// Binds links, proximity and the widest value of the free joint of an arm with an offset.
 void bind_offset_scenes(nb::class_<OffsetHandle>& arm) { bind_free_joint_scenes(arm); }
+/// Binds links, proximity and the widest value of the free joint of an arm with an offset and its own chain.
 void bind_offset_chain_scenes(nb::class_<OffsetChainHandle>& arm) { bind_free_joint_scenes(arm); }
 
+/// Registers SolidKind, Within, Scene, and links, proximity and the widest arm angle of an S-R-S arm.
 void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<SolidKind>(m, "SolidKind")

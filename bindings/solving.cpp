@@ -99,6 +99,7 @@ public:
 
     /// The number of poses.
     std::size_t size() const noexcept { return pose_.elements(2); }
+    /// The array of poses.
     const Buffer& pose() const noexcept { return pose_; }
 
     /// Calls solve(arm, table, pose, options) for element i, or reports an invalid pose or seed.
@@ -286,8 +287,8 @@ nb::object solutions_of(const Nearest* found, const double* m, Py_ssize_t n, nb:
 }
 
 /// The nearest solution of a pose (4,4) to a seed (7,), or of up to `few` rows of both, as a named tuple
-/// `kind`. None if a pose or seed is no such matrix: the general function then converts it or raises the
-/// error.
+/// `kind`. None for any other arguments, or if one of several rows is invalid: the general function then
+/// answers, or raises. An invalid single pose or seed raises here.
 template <class Handle>
 nb::object solve_few(const Handle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
                      nb::handle statuses) {
@@ -356,6 +357,7 @@ nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solution
                           owned(std::move(status), 1));
 }
 
+/// Binds solve_few, solve_many and solutions_many.
 template <class Handle>
 void bind_solving_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
@@ -370,6 +372,7 @@ void bind_solving_of(nb::class_<Handle>& arm) {
 
 }  // namespace
 
+/// Binds the search of solutions of a nearly S-R-S arm.
 void bind_chain_solving(nb::class_<ChainArmHandle>& arm) { bind_solving_of(arm); }
 
 /// Binds the functions of an arm with an offset, with or without its own chain.
@@ -380,9 +383,12 @@ void bind_free_joint_solving(nb::class_<Handle>& arm) {
     arm.def("solution_derivative_many", &solution_derivative_many<Handle>, "pose"_a, "near"_a, "options"_a,
             "q"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
 }
+/// Binds the search of solutions of an arm with an offset.
 void bind_offset_solving(nb::class_<OffsetHandle>& arm) { bind_free_joint_solving(arm); }
+/// Binds the search of solutions of an arm with an offset and its own chain.
 void bind_offset_chain_solving(nb::class_<OffsetChainHandle>& arm) { bind_free_joint_solving(arm); }
 
+/// Registers Metric and SolveOptions, and the search of solutions of an S-R-S arm with its derivatives.
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Metric>(m, "Metric")

@@ -132,7 +132,7 @@ Pose<double> as_meant(const Handle& self, const Pose<double>& pose, double preci
     return precision > 0 ? within_rounding(reaching(self.arm), pose, precision) : pose;
 }
 
-/// The array of unknown velocities, kept for the lifetime of the process and read-only.
+/// Seven NaN, for unknown velocities; the array is kept for the lifetime of the process and read-only.
 nb::object no_velocity() {
     static PyObject* kept =
         [] {
@@ -304,6 +304,7 @@ void follow_all(const Handle& self, Floats start, Floats poses, const FollowOpti
     watch.raise();
 }
 
+/// Binds step_one and follow_all.
 template <class Handle>
 void bind_stepping_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
@@ -339,10 +340,15 @@ void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints kept_c
 
 }  // namespace
 
+/// Binds the steps of a nearly S-R-S arm.
 void bind_chain_stepping(nb::class_<ChainArmHandle>& arm) { bind_stepping_of(arm); }
+/// Binds the steps of an arm with an offset.
 void bind_offset_stepping(nb::class_<OffsetHandle>& arm) { bind_stepping_of(arm); }
+/// Binds the steps of an arm with an offset and its own chain.
 void bind_offset_chain_stepping(nb::class_<OffsetChainHandle>& arm) { bind_stepping_of(arm); }
 
+/// Registers Rule, Outside, Carry, OnFail, Policy, FollowOptions, resolve_many and gain, and the steps of an
+/// S-R-S arm.
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Rule>(m, "Rule")

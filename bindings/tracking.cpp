@@ -163,8 +163,8 @@ nb::tuple nearest_of(const Loop& self, double reach) {
     return nb::make_tuple(nearest.room, nearest.core, pair_number(nearest.pair));
 }
 
-/// Advances one cycle for each of the poses (n, 4, 4); writes q (n, 7). An interrupted run leaves the tracker
-/// unchanged.
+/// Advances one cycle for each of the poses (n, 4, 4); writes q (n, 7). An invalid pose counts as missing;
+/// one in mm raises before the first cycle. An interrupted run leaves the tracker unchanged.
 template <class Loop>
 void track_many(Loop& self, Floats poses, Floats q) {
     const Buffer in(poses), out(q, true);
@@ -216,6 +216,7 @@ void smooth_hand(double omega, double patience, double jump, double turn, Floats
     }
 }
 
+/// Binds the members that trackers of all arms have.
 template <class Loop>
 void bind_loop(nb::class_<Loop>& tracker) {
     using namespace nb::literals;
@@ -232,6 +233,7 @@ void bind_loop(nb::class_<Loop>& tracker) {
         .def("run", &track_many<Loop>, "poses"_a, "q"_a);
 }
 
+/// Registers the tracker of an arm whose links differ from its nominal arm's, under `name`.
 template <class AnyArm, class Handle>
 void bind_corrected(nb::module_& m, const char* name) {
     using namespace nb::literals;
@@ -243,6 +245,7 @@ void bind_corrected(nb::module_& m, const char* name) {
 
 }  // namespace
 
+/// Registers Tracking, smooth_hand, and the trackers of each kind of arm.
 void bind_tracking(nb::module_& m) {
     using namespace nb::literals;
     nb::enum_<Tracking>(m, "Tracking", nb::is_arithmetic())

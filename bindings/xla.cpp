@@ -27,7 +27,7 @@ public:
     /// An arm of any kind that has derivatives.
     using AnyHandle = std::variant<ArmHandle, OffsetHandle, OffsetChainHandle>;
 
-    /// Keeps an arm under a key.
+    /// Keeps an arm under a key; does nothing if the key has one.
     template <class Handle>
     void keep(std::int64_t key, const Handle& arm) {
         const std::lock_guard lock(mutex_);
@@ -541,6 +541,7 @@ nb::typed<nb::dict, nb::str, nb::object> xla_targets() {
 
 }  // namespace
 
+/// Registers xla_targets, and `keep` for each kind of arm that has derivatives.
 void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm, nb::class_<OffsetHandle>& offset,
               nb::class_<OffsetChainHandle>& offset_chain) {
     using namespace nb::literals;

@@ -44,7 +44,7 @@ inline int status(const Arm& arm, const double* q) noexcept {
 
 namespace detail {
 
-/// The cosine (1 or -1) of a joint's theta if theta is 0 or pi; 0 otherwise.
+/// The cosine (1 or -1) of the theta of a joint (0..6) if theta is 0 or pi; 0 otherwise.
 inline double straight(const Arm& arm, const double* q, int joint) noexcept {
     const SinCos<double> at = sin_cos(to_theta(arm, joint, q[joint]));
     if (abs(at.sin) > tolerance::angle) return 0.0;
@@ -63,7 +63,7 @@ struct OneAxis {
     int joint[most];
     double way[most];  // +1 or -1: direction in which q of the joint turns the axis
 
-    /// Adds a joint. Its axis has the direction of the others if `alike` is 1, the opposite one if -1.
+    /// Adds joint j (0..6). Its axis has the direction of the others if `alike` is 1, the opposite one if -1.
     void add(const Arm& arm, int j, double alike) noexcept {
         joint[count] = j;
         way[count++] = arm.sign[j] * alike;

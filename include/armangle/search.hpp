@@ -204,7 +204,7 @@ inline double come_nearer(const Arm& boxed, const Pose<double>& pose, const Sear
 
 }  // namespace detail
 
-/// Searches the solution that a callback accepts: Answer accept(double* q). It first sees the solution
+/// Searches the solution that a callback accepts: Answer accept(const double* q). It first sees the solution
 /// nearest to the seed within the window, then others outward over arcs and branches, in the revolutions
 /// nearest to the seed. The status is OK; NOT_ALLOWED if it rejected all (`proven`) or stopped; BAD_INPUT; or
 /// the reason why the window has no solution. In that case it sees an approximate one if options.length is
@@ -251,7 +251,8 @@ Found search(const Arm& arm, const Pose<double>& pose, const SearchOptions& opti
     return none;
 }
 
-/// The solution within the window nearest to the seed.
+/// The solution within the window nearest to the seed. If there is none, an approximate one if options.length
+/// is given.
 inline Found search(const Arm& arm, const Pose<double>& pose, const SearchOptions& options) noexcept {
     return search(arm, pose, options, [](const double*) noexcept { return Answer::accepted; });
 }

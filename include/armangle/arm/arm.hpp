@@ -119,16 +119,16 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     return arm;
 }
 
-/// The parameters of an arm with joint 7 held at its current value and without limits: a solved pose may have
-/// any roll about axis 7.
+/// The parameters of an arm whose joint 7 has no limits and keeps the value of the seed: a solved pose may
+/// have any roll about axis 7.
 inline ArmParameters with_free_roll(ArmParameters p) noexcept {
     p.roll_free = true;
     p.limits.lower[joints - 1] = -infinity;
     p.limits.upper[joints - 1] = infinity;
     return p;
 }
-/// The arm with joint 7 held at its current value and without limits: a solved pose may have any roll about
-/// axis 7.
+/// The arm with a joint 7 that has no limits and keeps the value of the seed: a solved pose may have any roll
+/// about axis 7.
 inline Arm with_free_roll(const Arm& arm) noexcept {
     return make_arm(with_free_roll(static_cast<const ArmParameters&>(arm)));
 }

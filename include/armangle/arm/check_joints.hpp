@@ -14,9 +14,9 @@ inline constexpr double between_metres_and_millimetres = 31.622776601683793;
 /// A larger arm angle (rad), beyond two turns, was probably given in degrees.
 inline constexpr double likely_degrees = 2.0 * two_pi;
 
-/// Checks a 4x4 target pose (16 numbers, row by row); returns the problem, or none, and stores the offending
-/// number in `value`. A position (m) far beyond all lengths of the arm was meant in mm if the reading in mm
-/// is closer by ratio.
+/// Checks a 4x4 target pose (16 numbers, row by row) for an arm; returns the problem, or none, and stores the
+/// offending number in `value`. A position farther away than 31.6 times the arm's size is reported as
+/// probably given in mm.
 template <class AnyArm>
 Problem check_pose(const AnyArm& arm, const double* m, double& value) noexcept {
     const Problem problem = check_pose(m, value);

@@ -38,8 +38,8 @@ inline Configuration<double> configuration(const Arm& arm, const double* theta) 
     return {sign(theta[1]), sign(theta[3] - arm.delta_angle), sign(theta[5])};
 }
 
-/// The bits of a branch index that are ambiguous at these angles: if theta_2 (theta_6) is 0 or pi, two
-/// branches coincide.
+/// The bits of a branch index that are ambiguous at these angles: 1 if theta_2 is 0 or pi, 4 if theta_6 is,
+/// where two branches coincide.
 inline int shared_signs(const double* theta) noexcept {
     const auto shut = [](double angle) { return abs(std::sin(angle)) <= tolerance::one_axis; };
     return (shut(theta[1]) ? 1 : 0) | (shut(theta[5]) ? 4 : 0);

@@ -89,7 +89,7 @@ ARMANGLE_INLINE Chain chain(const Arm& arm, const JointLanes& q) noexcept {
     return out;
 }
 
-/// The chain of frames of an array of seven joint values (rad).
+/// Computes elbow axis, flange pose and theta at an array of seven joint values (rad).
 inline Chain chain(const Arm& arm, const double* q) noexcept { return chain(arm, joint_lanes(q)); }
 
 /// Pose of the end effector at joint values q, in the user's frame.

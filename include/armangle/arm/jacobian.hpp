@@ -15,8 +15,8 @@ struct Jacobian {
 
 namespace detail {
 
-/// Stores the Jacobian column of a joint that rotates around the unit vector `axis`; `lever` (m) leads from
-/// the axis to the end effector's origin.
+/// Stores the Jacobian column of a joint (0..6) that rotates around the unit vector `axis`; `lever` (m) leads
+/// from the axis to the end effector's origin.
 inline void put_column(Jacobian& to, int joint, const Vec3<double>& axis,
                        const Vec3<double>& lever) noexcept {
     const Vec3<double> linear = cross(axis, lever);

@@ -14,7 +14,7 @@ ARMANGLE_INLINE T to_theta(T q, T sign, T offset) noexcept {
     return sign * q + offset;
 }
 
-/// A joint value q (rad) of a model angle theta, in any revolution.
+/// The joint value q = sign (theta - offset) (rad), in any revolution.
 template <class T>
 ARMANGLE_INLINE T to_q(T theta, T sign, T offset) noexcept {
     return sign * (theta - offset);
@@ -34,7 +34,7 @@ struct ThetaRange {
     double lower, upper;
 };
 
-/// The range of theta (rad) within the limits of joint j. A sign of -1 reverses it.
+/// The range of theta (rad) within the limits of joint j (0..6). A sign of -1 reverses it.
 inline ThetaRange theta_range(const Arm& arm, const Limits& limits, int j) noexcept {
     const double a = to_theta(arm, j, limits.lower[j]), b = to_theta(arm, j, limits.upper[j]);
     return {min(a, b), max(a, b)};
@@ -59,7 +59,8 @@ ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noex
 
 namespace detail {
 
-/// The difference (rad) between a joint's model angle and `zero`, wrapped to (-pi, pi].
+/// The difference (rad) between the model angle of a joint (0..6) at its value q and `zero`, wrapped to (-pi,
+/// pi].
 inline double off_angle(const Arm& arm, int joint, double zero, double q) noexcept {
     return wrap(to_theta(arm, joint, q) - zero);
 }

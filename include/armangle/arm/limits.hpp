@@ -16,18 +16,18 @@ struct Limits {
                                  infinity, infinity, infinity, infinity};
 };
 
-/// Whether a joint has no limits, so that any of its revolutions is allowed.
+/// Whether a joint (0..6) has no limits, so that any of its revolutions is allowed.
 inline bool is_unlimited(const Limits& limits, int joint) noexcept {
     return limits.lower[joint] == -infinity && limits.upper[joint] == infinity;
 }
 
-/// Middle of a joint's range (rad); 0 unless both limits are finite.
+/// Middle of the range of a joint (0..6), rad; 0 unless both limits are finite.
 inline double middle(const Limits& limits, int joint) noexcept {
     const double lower = limits.lower[joint], upper = limits.upper[joint];
     return lower > -infinity && upper < infinity ? 0.5 * (lower + upper) : 0.0;
 }
 
-/// Limits that keep those of one joint and none of the others.
+/// Limits that keep those of one joint (0..6) and none of the others.
 inline Limits limits_of_one(const Limits& limits, int joint) noexcept {
     Limits out;
     out.lower[joint] = limits.lower[joint];

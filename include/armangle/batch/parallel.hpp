@@ -18,7 +18,8 @@ namespace armangle {
 inline constexpr std::size_t most_threads = 64;
 
 /// Splits [0, n) into one range a thread (threads <= 0: one a core) and calls work(begin, end, thread) on
-/// each. While it waits, the calling thread calls idle() twenty times a second.
+/// each. The calling thread takes the first range; while it then waits for others, it calls idle() twenty
+/// times a second. Neither may throw.
 template <class Work, class Idle>
 void parallel(std::size_t n, int threads, const Work& work, const Idle& idle) {
     // asks the system for the number of cores only if needed, because the answer takes longer than many poses
@@ -56,8 +57,8 @@ void parallel(std::size_t n, int threads, const Work& work) {
 }
 
 /// Calls work(k) for every k in [0, n), each on the first free thread; for few elements of unequal cost. If a
-/// call of work throws, the exception is rethrown here and the remaining elements are skipped. The calling
-/// thread calls idle() meanwhile, which may throw to end the work.
+/// call of work throws, the exception is rethrown here and the remaining elements are skipped. While the
+/// calling thread waits for the others it calls idle(), which may throw to end the work.
 template <class Work, class Idle>
 void in_turn(std::size_t n, int threads, const Work& work, const Idle& idle) {
     std::atomic<std::size_t> next{0};

@@ -10,8 +10,8 @@ namespace armangle {
 
 namespace detail {
 
-/// Processes elements [begin, end) of a batch. First calls lanes(at, count, input, rates) for each block.
-/// Then calls one(i) for the elements that are not regular: bad input, no solution, or no derivative.
+/// Processes elements [begin, end) of a batch. For each block calls lanes(at, count, input, rates), then
+/// one(i) for those of its elements that are not regular: bad input, no solution, or no derivative.
 template <class Lanes, class One>
 ARMANGLE_INLINE void for_rates(const Arm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
                                const Lanes& lanes, const One& one) noexcept {

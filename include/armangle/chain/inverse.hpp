@@ -260,7 +260,7 @@ ARMANGLE_INLINE void newton_step(const SevenEquations<T>& f, T (&step)[joints]) 
     Reduced<T>(f).solve(f.left, step);
 }
 
-/// Adds a step (rad) to each joint angle in `angle`.
+/// Adds a step (rad) to each joint angle in `angle`, in place and without normalization.
 template <class T>
 ARMANGLE_INLINE void turn_by(const T (&step)[joints], SinCos<T>* angle) noexcept {
     for (int j = 0; j < joints; ++j) {

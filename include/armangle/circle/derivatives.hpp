@@ -159,11 +159,11 @@ inline Status rates_at(const Arm& arm, const Pose<double>& pose, double psi, int
     return Status::OK;
 }
 
-/// Whether joint j has a derivative with respect to psi.
+/// Whether joint j + 1 (j: 0..6) has a derivative with respect to psi.
 inline bool moves_with_psi(const Rates<double>& r, int j) noexcept {
     return j == 3 || (j < 3 ? r.shoulder : r.wrist);
 }
-/// Whether joint j has a derivative with respect to the pose.
+/// Whether joint j + 1 (j: 0..6) has a derivative with respect to the pose.
 inline bool moves_with_pose(const Rates<double>& r, int j) noexcept {
     return moves_with_psi(r, j) && r.elbow && (j == 3 || r.plane);
 }

@@ -202,7 +202,8 @@ ARMANGLE_INLINE auto has_roots(const Harmonic<T>& f, const T& h) noexcept {
     return !((h <= T(tolerance::singular) * off) | (h == T(0.0)) | (off > h));
 }
 
-/// Half the angle (rad) between both roots, measured from the maximum at atan2(s, c).
+/// Half the angle (rad) between both roots of a harmonic of amplitude h that has_roots(), measured from its
+/// maximum at atan2(s, c).
 template <class T>
 ARMANGLE_INLINE T half_between_roots(const Harmonic<T>& f, const T& h) noexcept {
     return atan2(sqrt((h - f.k) * (h + f.k)), -f.k);

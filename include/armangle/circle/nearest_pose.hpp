@@ -18,7 +18,8 @@ struct NearestPose {
 
 namespace detail {
 
-/// The pose with its wrist moved away from the shoulder by `by` (m) on the same line.
+/// The pose with its wrist moved away from the shoulder by `by` (m; negative: towards it) on the same line,
+/// or along z if the two coincide. `c` is the circle of the pose.
 inline Pose<double> stretched_by(const Arm& arm, const Pose<double>& pose, const Circle<double>& c,
                                  double by) noexcept {
     const Vec3<double> shift = (c.distance == 0 ? Vec3<double>{0, 0, 1} : c.w) * by;

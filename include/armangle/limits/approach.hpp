@@ -85,7 +85,7 @@ inline bool is_convex(const JointQuadratic& p) noexcept {
 }  // namespace detail
 
 /// From `start`, within the limits and in at most `rounds`: the configuration from which no small change
-/// comes nearer to a pose. One radian counts `length` (m).
+/// comes nearer to the pose `command`, or the best one when the rounds end. One radian counts `length` (m).
 template <class A>
 Relaxed approach(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
                  double length, int rounds, const ApproachTuning& tuning = {}) noexcept {

@@ -23,14 +23,14 @@ inline bool shares_a_turn(const Arm& arm, const double* q) noexcept {
     return shares;
 }
 
-/// Whether a joint does not move with psi: joint 4 alone.
+/// Whether a joint (0..6) does not move with psi: index 3, joint 4, alone.
 inline bool is_fixed_by_pose(const Arm&, int joint) noexcept { return joint == 3; }
 
 namespace detail {
 
-/// Derivatives at the psi near the best one where the derivative of joint j with respect to psi is 0. A
-/// search that compares values knows this psi to half the digits only. The secant method refines it. Returns
-/// `d` if no such psi is near, as for joint 4.
+/// Derivatives at the psi near the best one where the derivative of joint j (0..6) with respect to psi is 0.
+/// A search that compares values knows this psi to half the digits only. The secant method refines it.
+/// Returns `d` if no such psi is near, as for j = 3.
 inline Derivatives at_its_top(const Arm& arm, const Pose<double>& pose, const Nearest& best, int j,
                               Derivatives d) noexcept {
     constexpr double aside = 1e-7, near = 1e-3;
@@ -79,7 +79,8 @@ struct Deciding {
     double least = infinity;  // rad
 };
 
-/// The limits whose distances determine the margin at q.
+/// The limits whose distances determine the margin at q, where the joints have the derivatives d. Joints
+/// without two finite limits are left out.
 inline Deciding deciding(const Arm& arm, const double* q, const Derivatives& d) noexcept {
     constexpr int psi = joints - 1;
     LimitEnd side[2 * joints];

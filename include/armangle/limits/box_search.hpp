@@ -134,7 +134,7 @@ protected:
         }
     }
 
-    /// Searches a box for some branches of an elbow sign: together those whose arcs contain all of it, others
+    /// Searches box i for some branches of an elbow sign: together those whose arcs contain all of it, others
     /// singly.
     void look_into(unsigned branches, int i, int only_arc) noexcept {
         const double width = two_pi / nearest_tuning::first_boxes, middle = first_ + width * i;

@@ -46,6 +46,7 @@ protected:
 
     /// Splits in q the rotation of two joints that rotate around one axis in the cheapest way within their
     /// limits; leaves q unchanged if there is none. side 0: joints 1 and 3, side 1: joints 5 and 7.
+    /// `flipped`: the joint between them is at theta = pi.
     void share(const ElbowBranches&, int side, bool flipped, Joints& q) const noexcept {
         const int i = 4 * side;
         const JointCost &a = joint_[i], &b = joint_[i + 2];
@@ -190,8 +191,8 @@ protected:
         bool stationary = false;
     };
 
-    /// Sets up one elbow sign: joint 4, which all its branches share, or the reason why none of them has an
-    /// arc.
+    /// Sets up one elbow sign (0: positive, 1: negative): joint 4, which all its branches share, or the
+    /// reason why none of them has an arc.
     void bend(int elbow) noexcept {
         ElbowBranches& e = elbow_[elbow];
         e.motion = self_motion(arm_, circle_, Configuration<double>{1.0, elbow ? -1.0 : 1.0, 1.0});
@@ -215,8 +216,8 @@ protected:
         return arcs_.arcs[gc];
     }
 
-    /// The arcs blocked by the limits for one elbow sign and one sign of theta_2 and theta_6, computed on
-    /// first use.
+    /// The arcs blocked by the limits for one elbow sign and one sign of theta_2 and theta_6 (0: positive, 1:
+    /// negative), computed on first use.
     const Sides& sides(int elbow, int negative) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         Sides& out = sides_[elbow][negative];
@@ -374,8 +375,9 @@ protected:
         return out;
     }
 
-    /// Keeps the solution of a branch at psi if it is within the limits and better than the best. Its cost is
-    /// computed from the joints, since near a singular psi the value in the middle of a box is mere rounding.
+    /// Keeps the solution of a branch at psi if it is within the limits and better than the best;
+    /// `stationary` says whether the cost has slope 0 there. Its cost is computed from the joints, since near
+    /// a singular psi the value in the middle of a box is mere rounding.
     void try_point(int gc, double psi, bool stationary) noexcept {
         const Joints q = posture(gc, psi);
         if (!within_limits(arm_.limits, q.q, tolerance::angle)) return;

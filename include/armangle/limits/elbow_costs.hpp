@@ -192,8 +192,8 @@ protected:
         return (rival < Boxes(c.lower - tolerance::angle)) | (Boxes(c.upper + tolerance::angle) < rival);
     }
 
-    /// Adds the cost of joint i of a side over eight boxes to `sum`; negative: in the branch with a negative
-    /// middle joint.
+    /// Adds the cost of joint i (0 to 2) of a side over eight boxes to `sum`; negative: in the branch with a
+    /// negative middle joint.
     ARMANGLE_INLINE void add(BoxCosts& sum, const SideBoxes& boxes, int i, const JointCost& c, bool negative,
                              const Boxes& r) const noexcept {
         if (!(c.weight > 0)) return;
@@ -295,8 +295,9 @@ protected:
         return joint_[4 * side].sign * joint_[4 * side + 2].sign * (flipped ? -1.0 : 1.0);
     }
 
-    /// The value wanted = v + epsilon u of a side whose first and last joint rotate around one axis, where
-    /// the first angle is 0 by convention and the last is theta.
+    /// For a side whose first and last joint rotate around one axis: the sum v + epsilon u that the pose
+    /// requires of the distances u of the first and v of the last joint from their seeds (rad). The first
+    /// angle is 0 by convention, and the last is theta.
     double lost_wish(const ElbowBranches& e, int side, double theta) const noexcept {
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
         const double first = to_q(0.0, a.sign, a.offset), last = to_q(theta, b.sign, b.offset);

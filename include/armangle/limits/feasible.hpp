@@ -79,8 +79,8 @@ inline bool can_share(const LimitTable& t, const Directions<double>& d, int side
     return at >= lower && at <= upper;
 }
 
-/// Whether the joints of `which` (bits; joint 4 is not tested) are within the limits at these directions, or
-/// violate them by at most `slack` (rad).
+/// Whether the joints of `which` (bit j: joint j + 1; joint 4 is not tested) are within the limits at these
+/// directions, or violate them by at most `slack` (rad).
 inline bool allows(const LimitTable& t, const Configuration<double>& gc, const Directions<double>& d,
                    unsigned which, double slack) noexcept {
     for (int h = 0; h < hinges; ++h) {
@@ -136,7 +136,7 @@ inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
 }
 
 /// The tag of an isolated psi at these directions: joint 2 or 6 at 0 or pi, or the nearest limit among the
-/// joints of `which` (bits); 0 if they have none.
+/// joints of `which` (bit j: joint j + 1); 0 if they have none.
 inline Tag nearest_limit(const LimitTable& t, const Configuration<double>& gc, const Directions<double>& d,
                          unsigned which) noexcept {
     double least = infinity;
@@ -349,7 +349,8 @@ struct Sides {
     Blocked shoulder, wrist;
 };
 
-/// Computes the blocked arcs of both sides; of joints 1, 3, 5 and 7 only those in `which` count.
+/// Computes the blocked arcs of both sides; of joints 1, 3, 5 and 7 only those in `which` (their
+/// pivot_bits()) count.
 inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, unsigned which,
                         Sides& out) noexcept {
     out.f = joint_functions(m);

@@ -94,7 +94,7 @@ enum class OneAxis : std::uint8_t { apart, shared };
 
 /// Computes the arcs of the eight branches of a circle in order and calls each(gc, result of the sweep, arcs,
 /// shoulder and wrist joint functions). Stops if `each` returns true. Of joints 1, 3, 5 and 7 only those in
-/// `which` count.
+/// `which` (their pivot_bits()) count.
 template <class Each>
 void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable& own, unsigned which,
                  OneAxis one_axis, const Each& each) noexcept {

@@ -79,7 +79,7 @@ struct LimitTable {
 
 namespace detail {
 
-/// Which limit of the joint value q is the lower (lower_theta) or upper limit of theta.
+/// Which limit of the value q of a joint (0..6) is the lower (lower_theta) or upper limit of theta.
 inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
     return (arm.sign[joint] > 0) == lower_theta ? Side::lower : Side::upper;
 }
@@ -90,8 +90,8 @@ inline HingeEnd hinge_end(double angle, Tag tag) noexcept {
     return {angle, tag, 2.0 * half.sin * half.sin, 2.0 * half.cos * half.cos};
 }
 
-/// Adds a permitted range of |theta| of joint 2 or 6 (`hinge`: 0, 1) to t, reduced by the margin, unless it
-/// becomes empty.
+/// Adds a permitted range of |theta| of joint 2 or 6 (`hinge`: 0, 1), of theta < 0 if `negative` is 1, to t,
+/// reduced by the margin, unless it becomes empty.
 inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) noexcept {
     const int joint = hinge_joint[hinge] + 1;
     if (piece.near.angle < t.margin) piece.near = hinge_end(t.margin, make_tag(joint, Side::near_margin));
@@ -103,8 +103,8 @@ inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) 
 }
 
 /// Adds to t the parts of the limits of joint 2 or 6 (`hinge`: 0, 1), over all multiples of 2 pi, that lie in
-/// the half circle of |theta|, for one sign of theta. A limit within the angular tolerance of 0 or pi forbids
-/// nothing, or all but one point.
+/// the half circle of |theta|, for one sign of theta (negative: 1). A limit within the angular tolerance of 0
+/// or pi forbids nothing, or all but one point.
 inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int hinge,
                        int negative) noexcept {
     const int j = hinge_joint[hinge];

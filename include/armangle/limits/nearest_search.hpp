@@ -19,7 +19,7 @@ public:
     using BoxSearch::BoxSearch;
     using BoxSearch::put_in;
 
-    /// The nearest solution of all.
+    /// The nearest solution of all, or the reason why there is none.
     Nearest best() noexcept {
         Nearest out;
         if (keep_near(out)) return out;
@@ -232,8 +232,8 @@ private:
         }
     }
 
-    /// Keeps the solutions at a psi where two joints of a side rotate around one axis, if they are better
-    /// than the best.
+    /// Keeps the solutions at a psi where two joints of a side (0: shoulder, 1: wrist) rotate around one
+    /// axis, if they are better than the best.
     void touch(int elbow, int side, double psi) noexcept {
         const Pivot<double>& p = elbow_[elbow].functions.pivot[2 * side];
         const SinCos<double> at = sin_cos(psi);
@@ -462,7 +462,7 @@ private:
 }  // namespace detail
 
 /// The solution of a pose with the least cost (nearest to the seed, or furthest from the limits), globally
-/// over the permitted branches, all feasible psi and all revolutions.
+/// over the permitted branches, all feasible psi and all revolutions; or the reason why there is none.
 inline Nearest nearest_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                                const NearestOptions& options) noexcept {
     int rounds = nearest_tuning::local_rounds;

@@ -128,7 +128,8 @@ inline double unclear_gap(double least_bend) noexcept {
 }
 
 /// Whether a single psi may be feasible although the arcs of a branch show none: rounding explains the
-/// smallest `gap` or overlap of blocked arcs, or a joint turns back just before its limit.
+/// smallest `gap` or overlap (rad) of blocked arcs, or there is no arc (`empty`) and a joint is nearly
+/// straight.
 inline bool may_meet(const Circle<double>& c, const JointFunctions<double>& f, double gap,
                      bool empty) noexcept {
     const double bend = least_bend(c, f);
@@ -155,7 +156,8 @@ struct Split {
 /// Computes costs of solutions in the chosen metric.
 class PostureCosts {
 public:
-    /// Computes the cost function of each joint: its seed, weight and limits.
+    /// Keeps references to both, and computes the cost function of each joint from its seed, weight and
+    /// limits.
     PostureCosts(const Arm& arm, const NearestOptions& options) noexcept : arm_(arm), options_(options) {
         double narrowest = infinity;
         for (int j = 0; j < joints && options.metric == Metric::margin; ++j)

@@ -47,8 +47,8 @@ inline ConeVerdict cone_verdict(const Cone& cone, const Interval& sine, const In
     return {in_lower && in_upper, off_lower || off_upper};
 }
 
-/// Whether |theta| of joint 2 or 6, whose cosine is in H, is for certain inside one of its permitted ranges,
-/// or outside all.
+/// Whether |theta| of joint 2 or 6 (`hinge`: 0, 1), whose cosine is in H, is for certain inside one of the
+/// ranges permitted for that sign of theta (negative: 1), or outside all.
 inline ConeVerdict hinge_verdict(const LimitTable& t, int hinge, int negative, const Interval& H) noexcept {
     ConeVerdict out{false, true};
     for (int k = 0; k < t.piece_count[hinge][negative]; ++k) {
@@ -127,7 +127,8 @@ private:
     bool none_ = false, whole_ = false;
     JointFunctions<Interval> f_;
 
-    /// The verdict for joints 2 and 3 (half 0) or joints 5 and 6 (half 1).
+    /// The verdict for joints 2 and 3 (half 0) or joints 5 and 6 (half 1), for theta_2 or theta_6 < 0 if
+    /// `negative` is 1.
     ConeVerdict side(int half, int negative, const SinCos<Interval>& at) const noexcept {
         const int pivot = half == 0 ? 1 : 2;
         const Interval g(negative ? -1.0 : 1.0);

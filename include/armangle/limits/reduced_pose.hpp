@@ -66,7 +66,7 @@ AnyArm bare(const AnyArm& arm, bool keep_first, bool keep_last) noexcept {
     return remade(arm, p);
 }
 
-/// Whether theta of a joint may be negated: it is unlimited, or its range is symmetric.
+/// Whether theta of a joint (0..6) may be negated: it is unlimited, or its range is symmetric.
 inline bool is_symmetric(const Arm& arm, int joint) noexcept {
     const ThetaRange range = theta_range(arm, arm.limits, joint);
     return !(range.upper - range.lower < two_pi) || range.lower == -range.upper;
@@ -269,8 +269,9 @@ private:
         }
     };
 
-    /// Computes the psi that the joints of one half (0: shoulder, 1: wrist) permit, for one sign of its
-    /// middle joint.
+    /// Computes the psi that joints 2 and 3 (half 0, shoulder) or 5 and 6 (half 1, wrist) permit, for one
+    /// sign of theta_2 or theta_6, and their joint functions. Clears plain_ (tilted_plain_) if the middle
+    /// joint may reach 0 or pi or a joint is locked.
     void find(SelfMotion<double> m, int negative, int half, detail::HalfOfMap& out) noexcept {
         m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
         detail::Sides sides;

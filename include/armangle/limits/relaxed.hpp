@@ -44,9 +44,9 @@ inline double bend_of(const Arm& arm, double distance) noexcept {
 
 }  // namespace detail
 
-/// Restricts the limits of a joint to one side of a value q_0, where theta is larger (+1) or smaller (-1), at
-/// most pi away and at least `margin` (rad) from both ends. Returns false, and changes nothing, if its limits
-/// permit no such value.
+/// Restricts the limits of a joint (0..6) to one side of a value q_0, where theta is larger (+1) or smaller
+/// (-1), at most pi away and at least `margin` (rad) from both ends. Returns false, and changes nothing, if
+/// its limits permit no such value.
 inline bool limit_to_side(const Arm& arm, int joint, double q_0, double side, double margin,
                           Limits& limits) noexcept {
     const double a = q_0 + arm.sign[joint] * side * margin, b = q_0 + arm.sign[joint] * side * (pi - margin);
@@ -144,8 +144,8 @@ struct Relaxed {
 
 namespace detail {
 
-/// The distance (m) of the end effector at q from a pose; one radian counts `length` (m). `rest` is the
-/// difference.
+/// The distance (m) of the end effector at q from a pose; one radian counts `length` (m). `rest` becomes the
+/// motion from there to the pose.
 template <class A>
 double distance(const A& arm, const double* q, const Pose<double>& command, double length,
                 Twist& rest) noexcept {
@@ -176,7 +176,7 @@ inline JointQuadratic normal_equations(const Jacobian& J, const Twist& rest, dou
 }  // namespace detail
 
 /// From `start`, within the limits and in at most `rounds`: the configuration from which no small change
-/// comes nearer to a pose. One radian counts `length` (m).
+/// comes nearer to the pose `command`, or the best one when the rounds end. One radian counts `length` (m).
 template <class A>
 Relaxed relaxed(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
                 double length, int rounds = relaxed_tuning::rounds) noexcept {

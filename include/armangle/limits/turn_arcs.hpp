@@ -38,7 +38,8 @@ struct Walk {
     double psi[capacity];
     bool is_jump[capacity] = {};
 
-    /// Inserts psi in order if it lies between the ends; marks an end that is a jump.
+    /// Inserts psi = `at` in order if it lies between the ends, marked as a jump if `jumps`; if it is at an
+    /// end, that is marked.
     void insert(double at, double lower, double upper, bool jumps = false) noexcept {
         if (jumps && abs(wrap(at - lower)) <= tolerance::angle) is_jump[0] = true;
         if (jumps && abs(wrap(at - upper)) <= tolerance::angle) is_jump[count - 1] = true;
@@ -151,8 +152,8 @@ private:
     int side_, end_;
     UnionOfArcs turns_;
 
-    /// Adds the rotations at which joint `joint` is within these limits if its theta lies between `least` and
-    /// `most`. `along` is -1 if the rotation lowers theta, else 1.
+    /// Adds the rotations at which a joint (0..6) is within these limits if its theta lies between `least`
+    /// and `most`. `along` is -1 if the rotation lowers theta, else 1.
     void add(const Limits& limits, int joint, double along, double least, double most) noexcept {
         const ThetaRange range = theta_range(arm_, limits, joint);
         if (!(range.upper - range.lower < two_pi)) return turns_.add_full();

@@ -131,7 +131,8 @@ double nearest_kept(const ArcSet& set, double wish, const Keeps& keeps) noexcept
     return found;
 }
 
-/// The displacement (rad) of joint i if it brakes as hard as the bounds allow, but not beyond its limit.
+/// The displacement (rad) of joint i (0..6) if it brakes as hard as the bounds allow, but not beyond its
+/// limit.
 inline double braked(const Arm& arm, const Bounds& b, const double* q_now, int i) noexcept {
     const double v = b.velocity_now[i], slower = abs(v) - b.acceleration[i] * b.dt;
     const double move = slower > 0 ? copysign(slower * b.dt, v) : 0.0;
@@ -140,8 +141,8 @@ inline double braked(const Arm& arm, const Bounds& b, const double* q_now, int i
 }
 
 /// Splits the total rotation of two joints around one axis equally between them in q, as far as a box of
-/// moves from q_now permits. They are the neighbours h - 1 and h + 1 of joint h, which is 0 (or pi: flipped).
-/// With a free roll, joints 5 and 7 share nothing.
+/// moves from q_now permits. They are the neighbours of joint 2 or 6 (h: index 1 or 5), whose theta is 0 (or
+/// pi: flipped). With a free roll, joints 5 and 7 share nothing.
 inline void share_turn(const Arm& arm, int h, bool flipped, const double* q_now, const MoveBox& box,
                        Joints& q) noexcept {
     const int a = h - 1, b = h + 1;

@@ -100,8 +100,9 @@ private:
         return stepped(to, q_now_, options_.dt, lambda, gc);
     }
 
-    /// Replaces `wish`, the present value, by the value that the policy requests within the arcs, and stores
-    /// these. Returns OK, or the reason if there is none.
+    /// Replaces `wish`, the present value, by the value that the policy requests within the arcs that are
+    /// allowed and collision-free. Returns OK, or the reason if there is none; `wish` stays if no arc is
+    /// left.
     Status wanted(double& wish) noexcept {
         look();
         if (arcs_.status != Status::OK) return arcs_.status;
@@ -447,9 +448,9 @@ private:
     }
 
     /// Chooses the joints at which a step under bounds aims. First choice is the result of a step without
-    /// bounds, if the end effector stays near its path. Otherwise the present value, or the end of the arcs
-    /// nearest to it. If a joint would have to reverse for that, the solution nearest to the joints. False if
-    /// there is none.
+    /// bounds, if the end effector stays near its path; `why` then becomes the bound that forbids it.
+    /// Otherwise the present value, or the end of the arcs nearest to it. If a joint would have to reverse
+    /// for that, the solution nearest to the joints. False if there is none.
     bool choose_goal(double (&to)[joint_slots], Status& why) const noexcept {
         StepOptions free = options_;
         free.bounds = nullptr;

@@ -39,7 +39,7 @@ inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexc
     rows.status[i] = static_cast<std::int8_t>(status);
 }
 
-/// Fills row i with the result of a step, its lifted psi and its distance `residual` (m) from the pose.
+/// Fills row i with the result of a step, its continuous psi and its distance `residual` (m) from the pose.
 inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, double psi,
                      double residual) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = now.q[j];

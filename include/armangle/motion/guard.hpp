@@ -140,8 +140,8 @@ public:
     Tag blocking() const noexcept { return blocking_; }
 
 protected:
-    /// `size` (m) is that of the arm; `bounds` are the bounds of all joints if jerk is bounded, otherwise
-    /// null.
+    /// `size` (m) is that of the arm; `acceleration` (rad/s^2) are the largest of the joints; `bounds` are
+    /// all their bounds if jerk is bounded, otherwise null. Both must outlive the guard.
     Guard(double size, const double* acceleration, const JerkBounds* bounds) noexcept
         : size_(size), acceleration_(acceleration), bounds_(bounds) {}
     ~Guard() = default;
@@ -211,7 +211,7 @@ private:
         return 0;
     }
 
-    /// Whether a move (rad) of joint j stays within its limits, or does not leave them farther.
+    /// Whether a move (rad) of joint j (0..6) stays within its limits, or does not leave them farther.
     bool is_within(int j, double move) const noexcept {
         const double least = min(limits_.lower[j], q_[j]), most = max(limits_.upper[j], q_[j]);
         return q_[j] + move >= least - tolerance::bound && q_[j] + move <= most + tolerance::bound;
@@ -267,8 +267,8 @@ private:
 template <class AnyArm>
 class GuardOf final : public Guard {
 public:
-    /// A guard of an arm in a scene, with the accelerations (rad/s^2) and jerk bounds (null: none) of its
-    /// joints.
+    /// A guard of an arm in a scene, both of which must outlive it, with the accelerations (rad/s^2) and jerk
+    /// bounds (null: none) of its joints.
     GuardOf(const AnyArm& arm, const Scene& scene, const double* acceleration,
             const JerkBounds* bounds) noexcept
         : Guard(nominal(arm).size, acceleration, bounds), move_(arm, scene) {}

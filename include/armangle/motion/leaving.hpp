@@ -47,9 +47,9 @@ inline bool is_nearly_singular(const Chain& now) noexcept {
 }
 
 /// The greatest velocity of psi (rad/s) near a singularity. From it the joints can brake, with `share` of
-/// their accelerations, to the permitted velocity at each place up to `way` rad from `held`. The condition is
-/// v_j^2 <= (v_psi q_j')^2 + 2 a_j |q_j there - q_j|. v_psi is the velocity that the joints permit there, at
-/// most what psi can have gained until then.
+/// their accelerations, to the permitted velocity at each place up to `way` rad from `held`, the present psi.
+/// The condition is v_j^2 <= (v_psi q_j')^2 + 2 a_j |q_j there - q_j|. v_psi is the velocity that the joints
+/// permit there, at most what psi can have gained until then.
 inline double speed_near_singular(const Arm& arm, const SelfMotion<double>& m,
                                   const JointFunctions<double>& f, const Chain& now, double held, double way,
                                   const double* q, const double* velocity_now, const double* velocity,

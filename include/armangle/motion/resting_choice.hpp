@@ -62,7 +62,7 @@ inline constexpr int resting_samples = 48;  // of the whole circle
 
 /// The solution of branch gc nearest to options.near by options.weight among a bounded number on given arcs:
 /// the middles of equal parts, and the one nearest to the present value `held`. LIMITS if none is within the
-/// limits. The minimum over all is not searched for.
+/// limits. Of the result only status, distance and joints are set. The minimum over all is not searched for.
 template <class AnyArm>
 Nearest sampled_solution(const AnyArm& arm, const Limits& limits, const Pose<double>& pose, int gc,
                          const ArcSet& arcs, double held, const NearestOptions& options) noexcept {

@@ -15,7 +15,8 @@
 
 namespace armangle {
 
-/// Passes members to one(double&), number by number, and stores the result.
+/// Passes members to one(double&), number by number, and stores what it leaves there: it may read or replace
+/// each number.
 template <class One>
 class EachNumber {
 public:
@@ -54,11 +55,13 @@ public:
         for (const Wish named : {Wish::point, Wish::direction})
             if (wish == static_cast<int>(named)) hint.wish = named;
     }
+    /// Each element of an array, in order.
     template <class T, std::size_t n>
     void operator()(T (&values)[n]) {
         for (T& value : values) (*this)(value);
     }
 
+    /// Each of the members, in order.
     template <class... T>
     void all(T&... members) {
         ((*this)(members), ...);

@@ -431,8 +431,8 @@ private:
         return {arm_, *b.motion, *b.functions, q_now_, bounds_, options_.max_joint_step};
     }
 
-    /// Whether joint j can reach theta = `angle` or angle + pi, where branches meet, within one step and
-    /// within `most` (rad).
+    /// Whether joint j (0..6) can reach theta = `angle` or angle + pi, where branches meet, within one step
+    /// and within `most` (rad).
     bool crosses(int j, double angle, double most) const noexcept {
         const double off = now_.theta[j] - angle, fastest = bounds_.velocity[j] * bounds_.dt;
         return abs(off - pi * round(off / pi)) <= min(min(options_.max_joint_step, fastest), most);
@@ -776,7 +776,7 @@ private:
         place(out);
     }
 
-    /// The displacement (rad) of joint j if it brakes as hard as it may, within its limits.
+    /// The displacement (rad) of joint j (0..6) if it brakes as hard as it may, within its limits.
     double braked(int j) const noexcept { return detail::braked(arm_, bounds_, q_now_, j); }
 
     /// Sets psi and branch of the step from its joints.

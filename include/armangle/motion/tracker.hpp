@@ -89,8 +89,9 @@ public:
     const Pose<double>& hand() const noexcept { return hand_.pose(); }
 
     /// Records the distance (m) of the end effector from the target after a cycle of dt (s; 0: that of the
-    /// options). For a target at rest that is not reached in time, takes one step of the search for a
-    /// solution, and turns to the one that was found.
+    /// options). Does nothing while the target moves. For a target at rest that is not reached in time,
+    /// takes one step of the search for a solution, and turns to the one that was found, or without one to
+    /// the nearest configuration.
     void record_distance(double distance, double dt) noexcept {
         if (!fixed_) return;
         const double time = seconds(dt);

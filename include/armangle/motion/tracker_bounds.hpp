@@ -142,8 +142,8 @@ protected:
         }
     }
 
-    /// Stores in t the velocities that joint j with bounded jerk may have next. A joint that cannot stop
-    /// within its limits stops as soon as it can.
+    /// Stores in t the velocities that joint j (0..6) with bounded jerk may have next. A joint that cannot
+    /// stop within its limits stops as soon as it can.
     void box_of_jerk(Tick& t, int j) const noexcept {
         const JerkBounds& b = bound_[j];
         const double v = v_[j], a = a_[j], dt = t.dt, change = b.jerk * dt;

@@ -300,7 +300,7 @@ protected:
     }
 
     /// The psi nearest to `wish`: in the part `clear` of the arc that contains `held`, else in that arc, else
-    /// in any.
+    /// in any; NaN if there is none.
     static double in_clear_part(const ArcSet& arcs, const ArcSet& clear, double held, double wish) noexcept {
         const Place place = find(arcs, held);
         if (place.index < 0) return nearest(arcs, wish);

@@ -147,8 +147,8 @@ protected:
         return tried_ >= tracker_tuning::most_ways || !(options_.detours || asked_);
     }
 
-    /// Tests some detours to solutions of the goal's pose, straight or through a random configuration, and
-    /// begins one that is collision-free.
+    /// Tests some detours to solutions of the goal's pose, the first straight and the others through a random
+    /// configuration, and begins one that is collision-free.
     void search(const Tick& t, const Goal& goal) noexcept {
         const SelfMotion<double> m = self_motion(arm_, circle(arm_, flange_pose(arm_, goal.pose)), t.gc);
         ArcSet own, arcs;

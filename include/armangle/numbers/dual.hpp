@@ -39,6 +39,7 @@ struct Dual {
         return {quotient, (a.partial - b.partial * Partials(quotient)) * Partials(1.0 / b.value)};
     }
 
+    /// Comparisons compare the values alone.
     friend bool operator<(const Dual& a, const Dual& b) noexcept { return a.value < b.value; }
     friend bool operator>(const Dual& a, const Dual& b) noexcept { return a.value > b.value; }
     friend bool operator<=(const Dual& a, const Dual& b) noexcept { return a.value <= b.value; }

@@ -60,6 +60,8 @@ struct BoxDecision {
     Mask holds, same;
 };
 
+/// Comparisons return a BoxDecision: whether it holds at the middles, and whether it is the same over all of
+/// the boxes.
 template <class T>
 ARMANGLE_INLINE auto operator<(const Enclosure<T>& a, const Enclosure<T>& b) noexcept {
     const T apart = b.middle - a.middle;

@@ -84,6 +84,7 @@ struct Interval {
                 detail::above(greater(greater(p, q), greater(r, s)))};
     }
 
+    /// Comparisons say whether they may hold, and may fail, for a pair of members.
     friend Decision operator<(const Interval& a, const Interval& b) noexcept {
         return {!(a.lo >= b.hi), !(a.hi < b.lo)};
     }
@@ -119,7 +120,7 @@ inline Interval mul_add(const Interval& a, const Interval& b, const Interval& c)
     return a * b + c;
 }
 
-/// The enclosure of |a|.
+/// The tightest interval of |a|.
 inline Interval abs(const Interval& a) noexcept {
     if (a.lo >= 0) return a;
     if (a.hi <= 0) return -a;
@@ -132,8 +133,8 @@ inline Interval square(const Interval& a) noexcept {
     return {a.lo <= 0 && a.hi >= 0 ? 0.0 : detail::greater(product.lo, 0.0), product.hi};
 }
 
-/// Square roots of the members that have one. The lower bound of an argument may fall below 0 although the
-/// real argument is never negative.
+/// Square roots of the members that have one; all numbers if none has, or if `a` is unbounded. The lower
+/// bound of an argument may fall below 0 although the real argument is never negative.
 inline Interval sqrt(const Interval& a) noexcept {
     if (!(a.hi >= 0) || !a.bounded()) return Interval::whole();
     const double lo = a.lo > 0 ? detail::below(std::sqrt(a.lo)) : 0.0;
@@ -143,13 +144,13 @@ inline Interval sqrt(const Interval& a) noexcept {
 /// The enclosure of sqrt(a^2 + b^2).
 inline Interval hypot(const Interval& a, const Interval& b) noexcept { return sqrt(square(a) + square(b)); }
 
-/// The enclosure of the lesser number.
+/// The enclosure of the lesser number; all numbers if one is unbounded.
 inline Interval min(const Interval& a, const Interval& b) noexcept {
     if (!a.bounded() || !b.bounded()) return Interval::whole();
     return {detail::lesser(a.lo, b.lo), detail::lesser(a.hi, b.hi)};
 }
 
-/// The enclosure of the greater number.
+/// The enclosure of the greater number; all numbers if one is unbounded.
 inline Interval max(const Interval& a, const Interval& b) noexcept { return -min(-a, -b); }
 
 /// The intersection of two enclosures of one number, which always overlap; if one is unbounded, the other.

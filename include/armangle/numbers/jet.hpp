@@ -36,6 +36,7 @@ struct Jet {
         out.coefficient[1] = T(1.0);
         return out;
     }
+    /// The value, without derivatives.
     const T& value() const noexcept { return coefficient[0]; }
 
     friend Jet operator+(const Jet& a, const Jet& b) noexcept {
@@ -76,6 +77,7 @@ struct Jet {
         return out;
     }
 
+    /// Comparisons compare the values alone; they return what comparisons of T do.
     friend auto operator<(const Jet& a, const Jet& b) noexcept { return a.value() < b.value(); }
     friend auto operator>(const Jet& a, const Jet& b) noexcept { return a.value() > b.value(); }
     friend auto operator<=(const Jet& a, const Jet& b) noexcept { return a.value() <= b.value(); }

@@ -332,7 +332,8 @@ private:
         }
     }
 
-    /// Whether a part comes within reach of a ball at (along, off) of the axis at some psi.
+    /// Whether a part comes within its reach of a ball of this radius (m), at (along, off) from the axis, at
+    /// some psi.
     static bool meets_bound(const MetPart& part, double along, double off, double radius) noexcept {
         const double R = radius + part.reach;
         if (part.kind != MetPart::Kind::planar)

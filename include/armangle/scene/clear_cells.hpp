@@ -163,8 +163,9 @@ private:
 
 }  // namespace detail
 
-/// The nearest pair of shapes at joint angles q (rad) for any kind of arm; its rate is the derivative of the
-/// distance along d (rad). `turning_alone` skips the tool and link 0 against the ground.
+/// The nearest pair of shapes, also two of the arm's own, at joint angles q (rad) for any kind of arm; pair 0
+/// if there is none. Its rate is the derivative of the distance along d (rad). `turning_alone` skips the tool
+/// and link 0 against the ground, and the tool counts as at rest.
 template <class AnyArm>
 Proximity proximity(const AnyArm& arm, const Scene& scene, const double* q, const double (&d)[joints],
                     bool turning_alone = false) noexcept {

@@ -143,8 +143,8 @@ private:
         keep({{i, j, k}, {x * per, y * per, z * per}, 3, dot(v, v), v}, best);
     }
 
-    /// Whether the origin lies within the tetrahedron; then the hulls overlap and the weights give a common
-    /// point.
+    /// Whether the origin lies within the tetrahedron of the four corners; then the hulls overlap and the
+    /// weights give a common point. Otherwise nothing changes.
     bool within() noexcept {
         const auto volume = [this](int i, int j, int k) {
             return dot(cross(corner_[i].w, corner_[j].w), corner_[k].w);

@@ -44,7 +44,8 @@ namespace detail {
 /// Finds the arm angles at which a moving rod touches a solid or another moving rod.
 class MovingPair {
 public:
-    /// A pair of a rod and a solid at rest; R (m) is the sum of the radii and the clearance.
+    /// A pair of a rod, which must outlive it, and a solid at rest; R (m) is the sum of the radii and the
+    /// clearance.
     MovingPair(const MovingRod& rod, const Solid& solid, double R) noexcept
         : rod_(rod), other_(nullptr), solid_(solid), R_(R) {
         if (!is_field()) return;
@@ -150,7 +151,8 @@ private:
 
     /// Whether a distance field proves a stretch free: not, up to the agreed tolerance, or wholly.
     enum class Kept { no, nearly, whole };
-    /// Whether the pair keeps its distance all over a stretch, for a distance field.
+    /// Whether the pair keeps its distance all over a stretch of h rad, for a distance field; m: drift() of
+    /// the stretch.
     Kept field_keeps(const Stretch& s, double h, const Drift& m) const noexcept {
         const double whole = hypot(R_, gap_),
                      must = whole - field_tuning::agreed_free * solid_.field->spacing,
@@ -167,7 +169,8 @@ private:
         if (least >= whole) return Kept::whole;
         return least >= must ? Kept::nearly : Kept::no;
     }
-    /// Whether a distance field counts a whole stretch as blocked, up to the agreed tolerance.
+    /// Whether a distance field counts a whole stretch of h rad as blocked, up to the agreed tolerance; m:
+    /// drift() of the stretch.
     bool field_blocks(const Stretch& s, double h, const Drift& m) const noexcept {
         const double most = hypot(R_, gap_) + field_tuning::agreed_blocked * solid_.field->spacing,
                      a = hypot(s.a.distance, gap_), b = hypot(s.b.distance, gap_),
@@ -175,7 +178,8 @@ private:
         return max(a, b) + slope * m.shift <= most || 0.5 * (a + b + slope * m.speed * h) <= most;
     }
 
-    /// F of the same two material points as in a sample, at another psi.
+    /// F (see squared()) of the same two material points as in a sample, at another psi; for a half-space
+    /// their distance beyond R (m).
     double same_pair(const Sample& of, double psi) const noexcept {
         const SinCos<double> turn = sin_cos(psi);
         const auto point = [](const Rod& rod, double share) {

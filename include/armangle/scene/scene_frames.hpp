@@ -79,7 +79,7 @@ inline int arm_rod_count(const Scene& scene) noexcept { return scene.part_count 
 inline int link_of_arm_rod(const Scene& scene, int arm_rod) noexcept {
     return arm_rod < scene.part_count ? arm_rod : scene.first_swing_link() + arm_rod - scene.part_count;
 }
-/// The arm rod with a number in the count of links (see Scene), which must be that of a part or a swing.
+/// The arm rod of a link number (see Scene), which must be that of a part or a swing.
 inline int arm_rod_of_link(const Scene& scene, int link) noexcept {
     return link < scene.part_count ? link : link - scene.first_swing_link() + scene.part_count;
 }

@@ -371,7 +371,7 @@ private:
         return levers(arm_, at_, link, p, [this](int k) { return sum_[k] * sum_[k]; });
     }
 
-    /// The derivative n . dp / dq_j of point p of a link along direction n.
+    /// The derivative n . dp / dq_j (j: 0..6) of point p of a link (0..7) along direction n.
     double rate(int j, int link, const Vec3<double>& p, const Vec3<double>& n) const noexcept {
         return j < link ? dot(n, cross(at_.axis[j], p - at_.origin[j])) : 0.0;
     }
@@ -500,9 +500,9 @@ private:
         }
     }
 
-    /// Calls found(meeting) for all pairs, except those that may touch, that are nearer than R plus the way
-    /// that they can approach. way(link, point, radius) bounds (m) how much nearer a ball around a point of a
-    /// link comes.
+    /// Calls found(meeting) for all pairs whose cores are nearer than Meeting::R (radii, clearance and
+    /// rounding) plus the way that they can approach, except pairs that may touch or never meet. way(link,
+    /// point, radius) bounds (m) how much nearer a ball around a point of a link comes.
     template <class Way, class Found>
     void for_near(const Way& way, const Found& found) const noexcept {
         for (int k = 0; k < detail::arm_rod_count(scene_); ++k) arm_rod_against_all(k, way, found);

@@ -165,6 +165,7 @@ public:
     const Vec3<double>& centre() const noexcept { return centre_; }
     /// The radius (m) of a ball around centre() that contains the segment for all joint angles.
     double bound() const noexcept { return bound_; }
+    /// The radius (m) of the rod.
     double radius() const noexcept { return radius_; }
     /// Whether psi rotates the rod, as it does on links 3 and 4.
     bool turns() const noexcept { return turns_; }

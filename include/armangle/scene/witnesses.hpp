@@ -125,7 +125,7 @@ private:
     };
     static constexpr int most_stretches = 64;
 
-    /// The nearest points at psi, F = distance^2 - R^2 (m^2), and the arc that these two points block.
+    /// F = distance^2 - R^2 (m^2) at psi, and the arc that the two nearest points block.
     Sample at(double psi) noexcept {
         ++queries_;
         const SinCos<double> turn = sin_cos(psi);
@@ -136,7 +136,8 @@ private:
         return {psi, (pair.distance - R_) * (pair.distance + R_), arc};
     }
 
-    /// The blocked arc around a blocked sample, extended witness by witness until its ends no longer move.
+    /// The blocked arc around a blocked sample, extended by the arcs that the nearest points at its ends
+    /// block, until these no longer move.
     Stretch grown(const Sample& from) noexcept {
         Stretch arc{from.psi, 0.0, from.psi, 0.0};
         const auto include = [&arc](const BlockedArc& turned, double near) {

@@ -9,7 +9,8 @@ namespace armangle {
 
 namespace detail {
 
-/// Counts and measures the proven intervals of all branches. If
+/// Counts and measures the proven intervals of all branches. holds(gc) says whether a branch without any, but
+/// with an unproven part, solves the pose nevertheless.
 template <class Holds>
 Freedom freedom_of(const ProvenArcs (&found)[configurations], const Holds& holds) noexcept {
     Freedom out{0, 0, 0, 0, Status::UNREACHABLE};

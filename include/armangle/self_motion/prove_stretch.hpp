@@ -37,7 +37,7 @@ struct StraightWay {
     double start, end;
     const double *q, *q_end;
 
-    /// The angle (rad) of joint j at s, in [start, end], on the straight line between both ends.
+    /// The value (rad) of joint j (0..6) at s, in [start, end], on the straight line between both ends.
     double near(int j, double s) const noexcept {
         return q[j] + (s - start) / (end - start) * (q_end[j] - q[j]);
     }

@@ -105,7 +105,10 @@ def solve(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
 
 
 def _seed(asked: Asked) -> tuple[Floats, str]:
-    """Return the joints of --seed or the middle of the limits (rad), and how to call them."""
+    """Return the joints of --seed or the middle of the limits (rad), and how to call them.
+
+    A joint without two limits has 0, or the value nearest to it within its limit.
+    """
     if asked.seed is not None:
         return asked.seed, "--seed"
     lower, upper = asked.arm.lower, asked.arm.upper

@@ -22,7 +22,7 @@ Fault = tuple[int, str, str]
 
 
 def row_fault(numbers: Floats, words: list[str] | None, given: Collection[str]) -> Fault | None:
-    """Return a fault of joint rows, each checked by itself; None if they have none.
+    """Return row, column and text of a fault of joint rows, each checked by itself; None if they have none.
 
     Parameters
     ----------

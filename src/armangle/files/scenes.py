@@ -184,7 +184,7 @@ def _refuse_silence(where: str, table: dict[str, Any], shapes: list[Shape]) -> N
 
 
 def _refuse_missing(where: str, table: dict[str, Any], keys: tuple[str, ...]) -> None:
-    """Raise if a table lacks one of the keys."""
+    """Raise a `SceneError` if a table lacks one of the keys."""
     for key in keys:
         if key not in table:
             raise SceneError(where, key, Words("missing"), f"keys {', '.join(keys)}")

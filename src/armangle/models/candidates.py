@@ -90,7 +90,7 @@ class Tree:
         return carried
 
     def body_of(self, link: str) -> int:
-        """Return the body that a link belongs to."""
+        """Return the number of the body that a link of the tree belongs to."""
         return next(number for number, body in enumerate(self.bodies) if link in body.links)
 
     @cached_property

@@ -149,8 +149,9 @@ def solid_rods(
 ) -> list[Rod]:
     """Return at most `shapes` rods that contain a mesh and its interior.
 
-    Raises `SceneError` if it has no triangles or is far larger than the arm (`size`, m). A mesh that is not
-    closed raises too, or with `hulls` is replaced by its convex hull.
+    Raises `SceneError`, with `where` and `name`, if the mesh has no triangles, a number is not finite, or it
+    is far larger than the arm (`size`, m). A mesh that is not closed raises too, or with `hulls` is replaced
+    by its convex hull.
     """
     if not len(faces) or not np.isfinite(vertices).all():
         raise SceneError(where, "mesh", name, "a mesh with triangles, of finite numbers")

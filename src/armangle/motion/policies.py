@@ -28,7 +28,10 @@ def _check_number(name: str, value: float, low: float, high: float, low_open: bo
 
 
 def _gain(rate: float, dt: float | None) -> float:
-    """Return the share K of the way per step that a rate (1/s) means for a step of dt (s)."""
+    """Return the share K = 1 - exp(-rate dt) of the way per step, for a rate (1/s) and a step of dt (s).
+
+    Raises `InputError` without dt.
+    """
     if dt is None:
         raise InputError("dt is missing: a policy with rate= needs the time of a step in s")
     _check_number("dt", dt, 0.0, _LONGEST, True)

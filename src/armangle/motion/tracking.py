@@ -211,7 +211,8 @@ class Tracker:
         Its `scene` are the obstacles for links and gripper; its `singularity_margin` is the distance from
         theta_2 = 0 and theta_6 = 0 at which the arm angle is chosen if possible.
     dt : float
-        Time of a control cycle, s. Values like ms cause a warning, as do bounds like degrees.
+        Time of a control cycle, s. Values like ms cause a warning, as do velocities and accelerations like
+        degrees.
     velocity : array_like, shape (7,), a number, True or None
         Largest joint velocities, rad/s, > 0; True: the arm's own; None: unbounded.
     acceleration : array_like, shape (7,), a number, True or None

@@ -89,11 +89,13 @@ def trajectory(
 def tracking(
     ticks: Sequence[Tracked], dt: float, *, velocity: ArrayLike | None = None, ax: Any = None
 ) -> Any:
-    """Draw how a tracker follows: distance, velocities and arm angle, over the status of each cycle.
+    """Draw how a tracker follows: distance to the target and its gap beyond reach (mm), velocities, psi.
+
+    The background shows the status of each cycle.
 
     Parameters
     ----------
-    ticks : sequence of Tracked
+    ticks : list or tuple of Tracked
         Consecutive results of `Tracker.step`.
     dt : float
         Time of a control cycle, s.

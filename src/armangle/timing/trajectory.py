@@ -293,9 +293,9 @@ class Trajectory:
         )
 
     def explain(self) -> str:
-        """Return in words the duration, and whether a requested tool speed is constant.
+        """Return in words the duration, and whether a requested tool speed is constant or where it is lost.
 
-        Also the assumed motion between rows of joints, and untrusted velocities of the arm.
+        Also the rounding of corners, the assumed motion between rows of joints, and untrusted velocities.
         """
         return " ".join([self._explained(), *(f"Note: {note}." for note in self.notes)])
 

@@ -69,7 +69,7 @@ def checked_origins() -> Iterator[None]:
     Raises
     ------
     MissingExtraError
-        If viser calls another function: it would serve without the check.
+        If viser does not call it in the block: it would serve without the check.
     """
     module: Any = importlib.import_module("websockets.asyncio.server")
     with _ONE_AT_A_TIME:

@@ -315,7 +315,7 @@ class ViewerState:
         Returns
         -------
         Answer
-            Not ok if a link is nearer to an obstacle than the clearance.
+            Not ok if a link is now nearer to an obstacle than the clearance.
 
         Raises
         ------
@@ -334,7 +334,7 @@ class ViewerState:
         return self._take_scene(replace(self.scene, shapes=shapes))
 
     def set_clearance(self, clearance: float) -> Answer:
-        """Set the clearance of the arm to all obstacles, m.
+        """Set the clearance of the arm to all obstacles, m; the answer says whether it is kept now.
 
         Raises
         ------

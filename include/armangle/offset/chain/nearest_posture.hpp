@@ -70,7 +70,8 @@ inline Nearest unsolved(Status why) noexcept {
     return out;
 }
 
-/// Whether a solution costs less than another, or, if neither is one, its status is nearer to a solution.
+/// Whether `a` is better than `b`: of two solutions the one that costs less (metric margin: that has the
+/// larger margin), otherwise the one whose status is nearer to a solution.
 inline bool is_better(const Nearest& a, const Nearest& b, Metric metric) noexcept {
     if (!is_solved(a.status) || !is_solved(b.status)) return how_near(a.status) > how_near(b.status);
     return metric == Metric::margin ? a.margin > b.margin : a.distance < b.distance;

@@ -215,7 +215,9 @@ def _setting(key: str, text: str) -> Any:
 
 
 def _wish(text: str) -> dict[str, Any]:
-    """Return the target of --psi: psi (rad), a direction or a point (m), by its keyword of `plan`."""
+    """Return the target of --psi by its keyword of `plan`: psi (rad), a point (m), or a direction.
+    The text is DEG, a word such as up (not checked here), direction:x,y,z or point:x,y,z.
+    """
     kind, colon, value = text.strip().partition(":")
     if colon:
         if kind not in ("direction", "point"):

@@ -152,7 +152,10 @@ class MjcfModel:
         return held
 
     def equalities(self, kind: Any) -> Iterator[tuple[int, int]]:
-        """Yield the two joints, or bodies, of each active equality of a kind; -1 if there is no second."""
+        """Yield the indices of the two joints, or bodies, of each equality of a kind, if active at the start.
+
+        For sites they are those of their bodies; -1 if there is no second.
+        """
         model = self.model
         for number in np.flatnonzero((model.eq_type == kind) & (np.asarray(model.eq_active0) != 0)):
             ends = int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
