@@ -33,7 +33,7 @@ check: environment  ## from a fresh clone to all tests: the environment .venv, t
 ci:  ## what the continuous integration runs: `make check` in a fresh clone
 	.ci/run
 
-lint:  ## style and types
+lint:  ## style and types; writes the stub that mypy reads, src/armangle/_core.pyi
 	$(PYTHON) -m pytest -q tests/package/test_public_api.py -k sources_pass
 
 tidy:  ## clang-tidy over the headers (pip install clang-tidy)
