@@ -1501,7 +1501,7 @@ class Arm(FrozenValue):
             )  # fmt: skip
             if one is not None:
                 return cast(Solution, one)
-        beyond = relaxing_length(fallback, length, gc, allowed, self.scene)
+        beyond = self._relaxing(fallback, length, gc, allowed)
 
         def ask(arm: Arm, poses: ArrayLike, seeds: ArrayLike | None, weights: ArrayLike | None) -> Solution:
             """Return the solutions of poses with the options of this call."""
@@ -1521,6 +1521,10 @@ class Arm(FrozenValue):
         by_margin = seed is None or prefer == "margin"
         kind = chosen("metric", metric, _METRICS)
         return solve_free(self, pose, seed, weights_of(weight), by_margin, kind, ask)
+
+    def _relaxing(self, fallback: Fallback, length: float, *narrowed: object) -> float:
+        """Return the metres that count as a radian in a search of the nearest pose; 0 without fallback."""
+        return relaxing_length(fallback, length, *narrowed, self.scene)
 
     @names_keywords_of_arm
     def solutions(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any, Never, Protocol
+from typing import Never
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from .._arrays import MILLIMETRES, Floats
 from ..errors import InputError, UnreachableError, UnsupportedError
 from ..models.axes import MAX_ANGLE, MAX_LENGTH
 from ..models.description import ELBOW_OFFSETS, LENGTHS
-from .deviation import ChainDeviation
-from .geometry import Geometry
+from .any_arm import AnyArm
 from .joint_map import to_theta
 
 _ELBOW = 3
@@ -75,24 +74,7 @@ def check_chain(name: str, handle: _core.ChainArm | _core.OffsetChain) -> None:
     )
 
 
-class _Reaching(Protocol):
-    """The functions that an arm must have."""
-
-    geometry: Geometry
-    _handle: _core.Arm
-
-    @property
-    def _nominal(self) -> _Reaching:
-        """The S-R-S arm fitted to the chain."""
-
-    @property
-    def deviation(self) -> ChainDeviation:
-        """How far the chain is off its nominal arm, with the angles in which branches merge."""
-
-    def inverse(self, pose: Floats, psi: Any, gc: Any, *, limits: bool) -> Floats: ...
-
-
-def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
+def edge_of_reach(arm: AnyArm, pose: Floats) -> str:
     """Return " It is at the edge of reach ..." if the elbow of an own chain is so straight at a pose that
     branches merge, or its nominal S-R-S arm does not reach the pose; otherwise "", as for other arms.
     """

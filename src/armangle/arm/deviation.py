@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from .. import _core
 from .._arrays import JOINTS, MILLIMETRES, Floats
 from ..errors import UnsupportedError
 from ..models.axes import rotation_angle
+from .any_arm import AnyArm
 from .frozen_value import FrozenValue
-from .geometry import Geometry
 from .joint_map import to_q, to_theta
 
 _SEED = 5
@@ -59,9 +58,9 @@ class ChainDeviation(FrozenValue):
     """
 
     __slots__ = ("_arm",)
-    _arm: Chained
+    _arm: AnyArm
 
-    def __init__(self, arm: Chained) -> None:
+    def __init__(self, arm: AnyArm) -> None:
         self._fill({"_arm": arm})
 
     def __eq__(self, other: object) -> bool:
@@ -122,31 +121,8 @@ class ChainDeviation(FrozenValue):
         )
 
 
-class Chained(Protocol):
-    """The functions that an arm must have."""
-
-    lower: Floats
-    upper: Floats
-    geometry: Geometry
-    _handle: _core.Arm
-
-    @property
-    def redundancy(self) -> str:
-        """The meaning of psi."""
-
-    @property
-    def _nominal(self) -> Chained:
-        """The exact arm that defines the arm angle."""
-
-    def __hash__(self) -> int: ...
-    def forward(self, q: Floats, *, on_error: Any) -> tuple[Floats, Any, Any]: ...
-    def inverse(self, pose: Floats, psi: Any, gc: Any, *, limits: bool, on_error: Any) -> Floats: ...
-    def within_limits(self, q: Floats, tol: float) -> Any: ...
-    def feasible(self, pose: Floats) -> Any: ...
-
-
 @lru_cache(maxsize=64)
-def _off(arm: Chained) -> tuple[float, float, float, float]:
+def _off(arm: AnyArm) -> tuple[float, float, float, float]:
     """Return root mean square and maximum of the distance, m, and of the angle, rad."""
     if arm.geometry.chain is None:
         return 0.0, 0.0, 0.0, 0.0
@@ -163,7 +139,7 @@ def _off(arm: Chained) -> tuple[float, float, float, float]:
 
 
 @lru_cache(maxsize=64)
-def _bands(arm: Chained) -> tuple[float, float, float]:
+def _bands(arm: AnyArm) -> tuple[float, float, float]:
     """Return the largest distances of the three singular angles from 0 where the inverse loses joints."""
     if arm.geometry.chain is None:
         return 0.0, 0.0, 0.0
@@ -178,7 +154,7 @@ def _bands(arm: Chained) -> tuple[float, float, float]:
 
 
 @lru_cache(maxsize=64)
-def _proven_share(arm: Chained) -> float:
+def _proven_share(arm: AnyArm) -> float:
     """Return the share of random configurations' poses whose intervals are proven in all branches."""
     if arm.geometry.chain is None:
         return 1.0
@@ -187,14 +163,14 @@ def _proven_share(arm: Chained) -> float:
     return float(np.mean(~left_out.any(axis=-1)))
 
 
-def _postures(arm: Chained, rng: np.random.Generator, count: int) -> Floats:
+def _postures(arm: AnyArm, rng: np.random.Generator, count: int) -> Floats:
     """Return random configurations (n, 7) within the limits, rad; a range above 2π is cut to [-π, π]."""
     wide = ~(arm.upper - arm.lower < 2.0 * np.pi)
     lower, upper = np.where(wide, -np.pi, arm.lower), np.where(wide, np.pi, arm.upper)
     return rng.uniform(lower, upper, (count, JOINTS))
 
 
-def _band(arm: Chained, rng: np.random.Generator, joint: int) -> float:
+def _band(arm: AnyArm, rng: np.random.Generator, joint: int) -> float:
     """Return the largest |angle| (rad) of a singular joint at which the inverse misses random joints."""
     q = _postures(arm, rng, _IN_BAND)
     angle = _WIDEST * _NARROWEST ** rng.uniform(0.0, 1.0, _IN_BAND) * rng.choice((-1.0, 1.0), _IN_BAND)

@@ -2,44 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
 from .._arrays import CONFIGURATIONS, JOINTS, Floats
 from .._core import Wanted
 from ..status import STATUSES, Status
+from .any_arm import AnyArm
 from .arcs import ArcSet
 from .diagnosis import Branch, Opening, Verdict
-from .solution import Solution
 
 _SIDES: tuple[tuple[Literal["lower", "upper"], float], ...] = (("lower", -np.inf), ("upper", np.inf))
 
 
-class _Diagnosed(Protocol):
-    """The functions that an arm must have."""
-
-    lower: Floats
-    upper: Floats
-
-    @property
-    def _nominal(self) -> Any:
-        """The arm that defines psi and gc."""
-
-    @property
-    def solve(self) -> Callable[..., Solution]:
-        """The nearest solution of a pose."""
-
-    @property
-    def with_(self) -> Callable[..., Any]:
-        """The arm with other limits."""
-
-    def feasible(self, pose: Any, gc: Any = None, *, per_joint: bool = False) -> ArcSet: ...
-    def _left_out(self, pose: Any, gc: Any, wanted: Wanted = ...) -> ArcSet: ...
-
-
-def branches_by_intervals(arm: _Diagnosed, pose: Floats) -> tuple[Branch, ...]:
+def branches_by_intervals(arm: AnyArm, pose: Floats) -> tuple[Branch, ...]:
     """Return for each branch of an arm without obstacles whether its limits permit a pose; if not, why.
 
     If a branch is UNREACHABLE, its excess is that of the nominal arm.
@@ -48,7 +25,7 @@ def branches_by_intervals(arm: _Diagnosed, pose: Floats) -> tuple[Branch, ...]:
     return tuple(_branch_of(arm, pose, gc, arcs) for gc in range(CONFIGURATIONS))
 
 
-def _branch_of(arm: _Diagnosed, pose: Floats, gc: int, arcs: ArcSet) -> Branch:
+def _branch_of(arm: AnyArm, pose: Floats, gc: int, arcs: ArcSet) -> Branch:
     """Return whether a branch has a solution within the limits, and if not, why."""
     status = STATUSES[int(np.asarray(arcs.status)[gc])]
     if np.asarray(arcs.count)[gc] > 0:
@@ -67,7 +44,7 @@ def _branch_of(arm: _Diagnosed, pose: Floats, gc: int, arcs: ArcSet) -> Branch:
     return Branch(gc, Verdict.IMPOSSIBLE, status, blocking=blocking, openings=openings)
 
 
-def _blocking(arm: _Diagnosed, pose: Floats, gc: int) -> tuple[int, ...]:
+def _blocking(arm: AnyArm, pose: Floats, gc: int) -> tuple[int, ...]:
     """Return joints whose limits together leave nothing, each of them needed; () if limits alone do not."""
     left = arm.feasible(pose, gc, per_joint=True) | arm._left_out(pose, gc, Wanted.JOINTS)
     counts, ends = np.asarray(left.count), left.intervals
@@ -90,7 +67,7 @@ def _blocking(arm: _Diagnosed, pose: Floats, gc: int) -> tuple[int, ...]:
     return tuple(joint + 1 for joint in needed)
 
 
-def _openings(arm: _Diagnosed, pose: Floats, gc: int) -> tuple[Opening, ...]:
+def _openings(arm: AnyArm, pose: Floats, gc: int) -> tuple[Opening, ...]:
     """Return single limits that would leave a solution if they were moved out, the least first."""
     found = []
     for joint in range(JOINTS):

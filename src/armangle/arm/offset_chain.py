@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, Never
 
@@ -11,17 +10,13 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import Floats
-from .._progress import Progress
 from ..errors import UnsupportedError
-from .allowed import Allowed
-from .arm import KINDS, Arm, names_keywords_of_arm
+from .arm import KINDS, Arm
 from .chain import asked_of, check_chain
 from .diagnosis import Diagnosis
 from .numbers import checked_chain
 from .offset import OffsetArm
-from .question import Fallback, MetricName, Prefer, relaxing_length
-from .roll import Roll
-from .solution import Solution
+from .question import Fallback, relaxing_length
 
 NOMINAL = "arm.deviation.nominal, the arm with an offset beside it, whose joints miss the true poses"
 
@@ -87,33 +82,11 @@ class OffsetChainArm(OffsetArm):
         """See `Arm.kind`."""
         return f"{super().kind}_chain"
 
-    @names_keywords_of_arm
-    def solve(
-        self,
-        pose: ArrayLike,
-        seed: ArrayLike | None = None,
-        *,
-        metric: MetricName = "l2",
-        weight: ArrayLike | None = None,
-        prefer: Prefer = "seed",
-        gc: int | Iterable[int] | None = None,
-        allowed: Allowed | None = None,
-        fallback: Fallback = None,
-        length: float = 0.2,
-        roll: Roll = "pose",
-        progress: Progress | bool | None = None,
-    ) -> Solution:
-        """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns.
-
-        UNPROVEN says that near where branches meet a solution that costs less is not excluded.
-        """
-        if fallback is not None:
-            relaxing_length(fallback, length)
+    def _relaxing(self, fallback: Fallback, length: float, *_: object) -> float:
+        """See `Arm._relaxing`; raise for a fallback, because this kind has no nearest reachable pose."""
+        if relaxing_length(fallback, length):
             raise unsupported("solve(fallback=)")
-        return super().solve(
-            pose, seed, metric=metric, weight=weight, prefer=prefer, gc=gc, allowed=allowed, length=length,
-            roll=roll, progress=progress,
-        )  # fmt: skip
+        return 0.0
 
     def _with_instead(self, found: Diagnosis, pose: Floats) -> Diagnosis:
         """Return the diagnosis as it is: this kind has no nearest reachable pose."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,9 +23,9 @@ from .._arrays import (
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
 from ..errors import InputError
-from ..scenes.ready import Ready
 from ..status import is_solved
 from .allowed import Allowed, allowed_arcs
+from .any_arm import AnyArm
 from .solution import Solution, Solutions
 
 MetricName = Literal["l2", "max"]
@@ -38,24 +38,11 @@ _FALLBACK = ("nearest_pose",)
 _LONGEST = 1e3  # m, upper bound for the length of a radian
 
 
-class Answering(Protocol):
-    """The functions that an arm must have."""
-
-    lower: Floats
-    upper: Floats
-    _handle: _core.Arm
-
-    singularity_margin: float
-    _ready: Ready | None
-
-    def forward(self, q: Floats, *, on_error: Any) -> tuple[Floats, Any, Any]: ...
-
-
 class Question:
     """A batch of poses and the conditions for their solutions."""
 
     def __init__(
-        self, arm: Answering, pose: ArrayLike, seed: ArrayLike | None, metric: str, weight: ArrayLike | None,
+        self, arm: AnyArm, pose: ArrayLike, seed: ArrayLike | None, metric: str, weight: ArrayLike | None,
         prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, length: float = 0.0,
         progress: Progress | bool | None = None,
     ) -> None:  # fmt: skip

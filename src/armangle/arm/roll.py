@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import numpy as np
 
 from .. import _core
 from .._arrays import JOINTS, Floats, about_z, as_poses
 from ..errors import InputError
-from ..scenes.ready import Built
 from ..scenes.shapes import RODS
-from .geometry import Geometry
+from .any_arm import AnyArm
 from .solution import Solution
 
 Roll = Literal["pose", "free"]
@@ -26,22 +25,7 @@ _LAST = JOINTS - 1
 _ALONG = 1e-9  # m, rad: largest deviation of the tool's z axis from axis 7
 
 
-class Rolled(Built, Protocol):
-    """The functions that an arm must have."""
-
-    lower: Floats
-    upper: Floats
-    tool: Floats
-
-    @property
-    def geometry(self) -> Geometry:
-        """Its lengths and its chain."""
-
-    def forward(self, q: Floats, *, on_error: Any) -> tuple[Floats, Any, Any]: ...
-    def with_(self, *, lower: Floats, upper: Floats) -> Rolled: ...
-
-
-def is_along_axis_7(arm: Rolled) -> bool:
+def is_along_axis_7(arm: AnyArm) -> bool:
     """Return whether the tool's z axis is the axis of joint 7, so that a roll changes joint 7 alone.
 
     False for an arm with its own chain, whose arm angle belongs to the fitted arm.
@@ -49,7 +33,7 @@ def is_along_axis_7(arm: Rolled) -> bool:
     return arm.geometry.chain is None and bool(np.abs(arm.tool[:2, 2:]).max() <= _ALONG)
 
 
-def check_free_roll(arm: Rolled, scene: object) -> None:
+def check_free_roll(arm: AnyArm, scene: object) -> None:
     """Raise if a roll about axis 7 affects collisions, because a configuration does not determine it."""
     turning = _turning(arm) if scene is not None and is_along_axis_7(arm) else None
     if turning is not None:
@@ -59,7 +43,7 @@ def check_free_roll(arm: Rolled, scene: object) -> None:
         )
 
 
-def _turning(arm: Rolled) -> str | None:
+def _turning(arm: AnyArm) -> str | None:
     """Return the name of a shape of link 7 or the gripper that a roll would move; None if all are round."""
     body = () if arm.body is None else arm.body._shapes(arm.geometry)
     shapes = [(shape.name or "link_7", shape) for frame, shape in body if frame == JOINTS]
@@ -71,13 +55,13 @@ def _turning(arm: Rolled) -> str | None:
     return None
 
 
-def last_margin(arm: Rolled, q: Floats) -> Any:
+def last_margin(arm: AnyArm, q: Floats) -> Any:
     """Return the distance of joint 7 to its nearest limit, rad."""
     return np.minimum(q[..., _LAST] - arm.lower[_LAST], arm.upper[_LAST] - q[..., _LAST])
 
 
 def solve_free(
-    arm: Rolled, pose: Any, near: Any, weights: Floats, by_margin: bool, metric: str, ask: Any
+    arm: AnyArm, pose: Any, near: Any, weights: Floats, by_margin: bool, metric: str, ask: Any
 ) -> Solution:
     """Return the solution of each pose at its best roll; `ask(arm, pose, near, weights)` solves at one.
 
@@ -114,7 +98,7 @@ def solve_free(
     return found._replace(q=q, psi=float(psi), margin=float(margin), distance=float(apart), pose=pose)
 
 
-def _on_ladder(arm: Rolled, pose: Any, near: Any, weights: Floats, by_margin: bool, ask: Any) -> Solution:
+def _on_ladder(arm: AnyArm, pose: Any, near: Any, weights: Floats, by_margin: bool, ask: Any) -> Solution:
     """Return the best solution over `LADDER` equal rolls about the tool's z axis and finer ones near the
     best; ten times as many if none has a solution.
     """
