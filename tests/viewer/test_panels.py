@@ -10,11 +10,11 @@ import numpy as np
 from support.calibrated import calibrated
 
 import armangle as aa
+from armangle.arm.skeleton import NOT_PROVEN
 from armangle.cli.motions import motion_of
 from armangle.viewer import ViewerState
 from armangle.viewer.controls import gc_name
 from armangle.viewer.panels import arcs_panel, map_image, map_panel, png, reasons_panel, status_panel
-from armangle.viewer.state import UNPROVEN
 
 from .conftest import PAPER_ARM, PAPER_POSES, PAPER_Q, paper, paper_motion
 
@@ -45,7 +45,7 @@ def test_what_is_not_proven_is_told_from_what_a_joint_blocks() -> None:
     assert "not proven" in arcs_panel(state) and "not proven" not in arcs_panel(paper())
     answer = state.set_psi(float(open_arc.mean()))
     assert not answer.ok and answer.text.endswith("is left out: nothing is proven there.")
-    assert (state.elbow_circle().blocker == UNPROVEN).any()
+    assert (state.elbow_circle().blocker == NOT_PROVEN).any()
     assert np.isfinite(state.elbow_circle().segments).all()
 
 

@@ -9,10 +9,10 @@ import pytest
 from support.moves import moved, refused
 
 import armangle as aa
+from armangle.arm.skeleton import BY_OBSTACLE
 from armangle.viewer import ViewerState
 from armangle.viewer.panels import arcs_panel, map_image, status_panel
 from armangle.viewer.scene import segment_colours
-from armangle.viewer.state import OBSTACLE
 from armangle.viewer.surfaces import MOST_POINTS, lowest, points_of, surface
 from armangle.viewer.surroundings import TOUCHED_RGB
 
@@ -128,10 +128,11 @@ def test_the_circle_and_the_reasons_know_obstacles() -> None:
     middle = 0.5 * (psi[1:] + psi[:-1])
     own = ARM.feasible(state.pose, state.gc).contains(middle)
     clear = ARM._clear(state.pose, state.gc, SCENE).contains(middle)
-    np.testing.assert_array_equal(circle.blocker == OBSTACLE, own & ~clear)
-    assert (circle.blocker == OBSTACLE).any()
+    np.testing.assert_array_equal(circle.blocker == BY_OBSTACLE, own & ~clear)
+    assert (circle.blocker == BY_OBSTACLE).any()
     np.testing.assert_array_equal((circle.blocker == 0), own & clear)
-    assert len({tuple(c) for c in segment_colours(np.arange(OBSTACLE + 1))[:, 0].tolist()}) == OBSTACLE + 1
+    count = BY_OBSTACLE + 1
+    assert len({tuple(c) for c in segment_colours(np.arange(count))[:, 0].tolist()}) == count
     post = aa.Scene([aa.Ball([0, 0.12, 0.34], 0.06, name="post")])
     blocked = ViewerState(ARM.with_(scene=post), Q)
     assert blocked.reason(blocked.gc) == "upper_arm meets post at every ψ."

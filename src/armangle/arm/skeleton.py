@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._arrays import Floats, as_floats
+from .._arrays import JOINTS, Floats, as_floats
 from .._core import Wanted
+from ..scenes.scene import Scene
 from .arcs import ArcSet
 from .arm import Arm
 
 SHOULDER, ELBOW, WRIST = 1, 3, 5
+BY_OBSTACLE, NOT_PROVEN = JOINTS + 1, JOINTS + 2
+"""Blockers that are no joint: an obstacle, or a missing proof for an arm that is not S-R-S."""
 
 
 def skeleton(arm: Arm, q: ArrayLike) -> Floats:
@@ -134,6 +137,17 @@ def alike(one: Arm, other: Arm) -> bool:
     return one.with_(scene=None, singularity_margin=0.0) == other.with_(scene=None, singularity_margin=0.0)
 
 
-def first_blocker(blocked: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return the lowest joint 1..7 that is True along the last axis, 0 if none is."""
-    return np.where(blocked.any(axis=-1), blocked.argmax(axis=-1) + 1, 0)
+def blocker_of(
+    arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: Floats, scene: Scene | None = None
+) -> NDArray[np.int64]:
+    """Return what forbids each arm angle: the lowest joint 1..7, else an obstacle of a scene, 0 for nothing.
+
+    Shapes are those of `blockers`.
+    """
+    blocked = blockers(arm, poses, gc, psi)
+    who = np.where(blocked.any(axis=-1), blocked.argmax(axis=-1) + 1, 0)
+    who = np.where((who == 0) & unproven(arm, poses, gc, psi), NOT_PROVEN, who)
+    if scene is not None:
+        clear = arm._clear(poses, gc, scene).contains(psi)
+        who = np.where((who == 0) & np.logical_not(clear), BY_OBSTACLE, who)
+    return who

@@ -179,6 +179,13 @@ def show_configuration(arm: Arm, q: Floats, psi: float, gc: int) -> None:
     show(table(["joint", "name", "q deg", "lower", "upper", "margin"], rows, left=(1,)))
 
 
+def show_speeds(arm: Arm, fastest: Floats, hardest: Floats) -> None:
+    """Print the largest velocity (rad/s) and acceleration (rad/s²) of each joint, (7,), in degrees."""
+    names = arm.geometry.joint_names
+    rows = [[str(i + 1), names[i], degrees(fastest[i], 2), degrees(hardest[i], 2)] for i in range(len(names))]
+    show(table(["joint", "name", "fastest deg/s", "hardest deg/s^2"], rows, left=(1,)))
+
+
 def show_many(q: Floats, outcomes: Iterable[str]) -> None:
     """Print joints (N, 7) and the status of each, a row a pose."""
     pairs = enumerate(zip(q, outcomes, strict=True))

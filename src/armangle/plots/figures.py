@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, Floats, one_posture
 from ..arm.arm import Arm
-from ..arm.skeleton import blockers, corners, elbow_points, first_blocker, skeleton, unproven
+from ..arm.skeleton import NOT_PROVEN, blocker_of, corners, elbow_points, skeleton
 from ..colours import BLACK, BLOCKED_WIDTH, BLUE, FREE, FREE_WIDTH, GREEN, JOINT_COLOURS, MID, PALE, VERMILION
 from .space import draw_sticks, extent, finish_space
 from .style import check_drawn, space_axes
@@ -19,7 +19,6 @@ _SAMPLES = 721
 _AXIS_SHARE = 0.09
 _NEAR, _ASIDE = 0.13, 0.3
 _TINY = 1e-12
-_UNPROVEN = JOINTS + 1  # instead of the joint that blocks
 # Matplotlib's own viewpoint: azimuth -60, elevation 30 degrees.
 _TO_VIEWER, _RIGHT = np.array([0.433, -0.75, 0.5]), np.array([0.866, 0.5, 0.0])
 
@@ -159,12 +158,10 @@ def _coloured_circle(space: Any, arm: Arm, pose: Floats, gc: int) -> Floats:
     psi = np.linspace(-np.pi, np.pi, _SAMPLES)
     circle = elbow_points(arm, pose, gc, psi)
     middles = 0.5 * (psi[1:] + psi[:-1])
-    who = first_blocker(blockers(arm, pose, gc, middles[:, None])[:, 0])
-    open_ = unproven(arm, pose, gc, middles)
-    who = np.where((who == 0) & open_, _UNPROVEN, who)
+    who = blocker_of(arm, pose, gc, middles)
     drawn = {
         0: ("feasible", FREE, FREE_WIDTH),
-        _UNPROVEN: ("not proven", PALE, BLOCKED_WIDTH),
+        NOT_PROVEN: ("not proven", PALE, BLOCKED_WIDTH),
         **{
             k + 1: (f"blocked by joint {k + 1}", colour, BLOCKED_WIDTH)
             for k, colour in enumerate(JOINT_COLOURS)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_poses
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, as_codes, as_poses
 from .._core import Wanted
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
@@ -67,13 +67,11 @@ def feasible_map(
         raise InputError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")
     s = curve.s if curve is not None else np.linspace(0.0, 1.0, len(frames))
     posed = np.asarray(np.isfinite(frames).all(axis=(1, 2)) | (curve is None))  # poses alone must be finite
-    wanted = range(CONFIGURATIONS) if gc is None else np.atleast_1d(gc).tolist()
-    if any(not isinstance(index, int) or not 0 <= index < CONFIGURATIONS for index in wanted):
-        raise InputError(f"gc is {gc!r}, wanted integers from 0 to 7")
+    wanted = as_codes("gc", np.atleast_1d(range(CONFIGURATIONS) if gc is None else gc), CONFIGURATIONS)
     one = len(wanted) == 1
     panels = grid_axes(ax, len(wanted), min(4, len(wanted)), (6.4, 4.2) if one else (3.0, 2.6),
                        sharex=True, sharey=True)  # fmt: skip
-    for panel, index in zip(panels, wanted, strict=True):
+    for panel, index in zip(panels, wanted.tolist(), strict=True):
         _map_panel(panel, arm, s, frames, posed, index)
         if curve is not None:
             _draw_curve(panel, curve, index)

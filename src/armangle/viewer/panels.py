@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .._arrays import JOINTS, Floats
 from .._core import Wanted
-from ..arm.skeleton import blockers, first_blocker, unproven, unsolved
+from ..arm.skeleton import blocker_of, unsolved
 from ..colours import (
     BLACK,
     FREE,
@@ -33,8 +33,8 @@ _FRAME = "padding:0 0.9em 0.5em;font:12px/1.35 system-ui,sans-serif"
 _REFUSED = "color:#B04A00"
 _MAP_WIDTH, _MAP_HEIGHT = 200, 180
 _BUTTON = 76  # px: the name of a branch, with its margins
-_LOST, _BY_OBSTACLE, _NOT_PROVEN = JOINTS + 1, JOINTS + 2, JOINTS + 3
-_PALETTE = (FREE, *JOINT_COLOURS, MID, OBSTACLE, PALE)
+_PALETTE = (FREE, *JOINT_COLOURS, OBSTACLE, PALE, MID)  # in the order of `blocker_of`, and of no solution
+_LOST = len(_PALETTE) - 1
 
 
 def status_panel(state: ViewerState) -> str:
@@ -180,13 +180,8 @@ def map_image(motion: JointPath, scene: Scene | None = None) -> str:
     cells = np.full((len(rows), _MAP_HEIGHT), _LOST)
     posed = np.isfinite(motion.poses[rows]).all(axis=(1, 2))  # failed rows of a joint file have no pose
     poses, gc = motion.poses[rows[posed]], gc[posed]
-    blocked = first_blocker(blockers(motion.arm, poses[:, None], gc[:, None], psi[None, :]))
+    blocked = blocker_of(motion.arm, poses[:, None], gc[:, None], psi[None, :], scene)
     lost = np.isin(motion.arm.feasible(poses, gc).status, (Status.UNREACHABLE, Status.FOLDED))
-    left_out = unproven(motion.arm, poses[:, None], gc[:, None], psi[None, :])
-    blocked = np.where((blocked == 0) & left_out, _NOT_PROVEN, blocked)
-    if scene is not None:
-        clear = motion.arm._clear(poses[:, None], gc[:, None], scene).contains(psi[None, :])
-        blocked = np.where((blocked == 0) & np.logical_not(clear), _BY_OBSTACLE, blocked)
     none = unsolved(motion.arm, poses[:, None], gc[:, None]).contains(psi[None, :])
     cells[posed] = np.where(lost[:, None] | none, _LOST, blocked)
     return "data:image/png;base64," + base64.b64encode(png(cells.T.astype(np.uint8), _PALETTE)).decode()

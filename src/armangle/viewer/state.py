@@ -13,7 +13,7 @@ from .._arrays import CONFIGURATIONS, JOINTS, Floats, one_branch, one_posture
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm, nearest_rotation
 from ..arm.configuration import gc_signs
-from ..arm.skeleton import alike, blockers, corners, elbow_points, first_blocker, unproven, unsolved
+from ..arm.skeleton import alike, blocker_of, blockers, corners, elbow_points, unproven, unsolved
 from ..errors import InputError, LimitError, SceneError, UnreachableError
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
@@ -34,8 +34,6 @@ _MOST_TICKS = 500
 _AT_REST, _RESTING_TICKS = 1e-3, 60  # rad/s; cycles, because a stalled arm goes on after a second
 _ROUNDING = 1e-9  # rad: limit violation by rounding
 _TOUCH = 1e-9  # m below the clearance by rounding
-OBSTACLE, UNPROVEN = JOINTS + 1, JOINTS + 2
-"""Blockers that are no joint: an obstacle, or a missing proof for an arm's own chain."""
 
 
 def degrees_text(value: float, digits: int = 1) -> str:
@@ -57,9 +55,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class ElbowCircle:
-    """The elbow's circle as line segments: ends (n, 2, 3) in m, and their blockers: a joint 1..7, OBSTACLE or
-    UNPROVEN; 0: none.
-    """
+    """The elbow's circle as line segments: ends (n, 2, 3) in m, and their blockers, as of `blocker_of`."""
 
     segments: Floats
     blocker: Any
@@ -410,11 +406,7 @@ class ViewerState:
         psi = np.linspace(-np.pi, np.pi, _CIRCLE_SAMPLES)
         points = elbow_points(self.arm, self.pose, self.gc, psi)
         middle = 0.5 * (psi[1:] + psi[:-1])
-        who = first_blocker(blockers(self.arm, self.pose, self.gc, middle))
-        who = np.where((who == 0) & unproven(self.arm, self.pose, self.gc, middle), UNPROVEN, who)
-        if self.scene is not None:
-            clear = self.arm._clear(self.pose, self.gc, self.scene).contains(middle)
-            who = np.where((who == 0) & np.logical_not(clear), OBSTACLE, who)
+        who = blocker_of(self.arm, self.pose, self.gc, middle, self.scene)
         segments = np.stack([points[:-1], points[1:]], axis=1)
         whole = np.isfinite(segments).all(axis=(1, 2))
         segments[~whole] = self.arm.elbow(self.q)  # hidden where no solution is proven

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
+from ..._progress import Bar, Progress
 from ...errors import InputError
 from ...reach.reach_map import ReachMap, reach_map
 from ...reach.store import FIELDS, USUAL
@@ -86,7 +88,7 @@ def _check_alone(args: argparse.Namespace) -> None:
 def _make(args: argparse.Namespace) -> ReachMap:
     """Compute the map of --robot and return it."""
     names = USUAL if args.fields is None else tuple(args.fields.split(","))
-    with _Meter(args.store) as meter:
+    with _meter(args.store) as meter:
         return reach_map(
             any_arm(args).with_(singularity_margin=args.singularity_margin),
             args.store,
@@ -101,13 +103,13 @@ def _make(args: argparse.Namespace) -> ReachMap:
 
 def _resume(found: ReachMap, args: argparse.Namespace) -> ReachMap:
     """Compute the missing tiles of a map, or a part of them, and return it."""
-    with _Meter(args.store) as meter:
+    with _meter(args.store) as meter:
         return found.resume(part=_part(args.part), scheduler=args.scheduler, progress=meter)
 
 
 def _verify(found: ReachMap, args: argparse.Namespace) -> int:
     """Print which tiles are missing or differ from their checksums; status 1 if there are any."""
-    with _Meter(f"verifying {args.store}") as meter:
+    with _meter(f"verifying {args.store}") as meter:
         wrong = found.verify(meter)
     missing = found.missing
     if args.json:
@@ -157,24 +159,11 @@ def _show(found: ReachMap, missing: tuple[int, ...]) -> None:
     show(f"  {found.tiles - len(missing)} of {counted(found.tiles, 'tile')} made")
 
 
-class _Meter:
-    """Shows on a terminal the number of finished tiles and the remaining time."""
-
-    def __init__(self, what: str) -> None:
-        """Start the clock; `what` names the task on the terminal."""
-        self._what, self._start = what, time.monotonic()
-        self._shown = sys.stderr.isatty()
-
-    def __enter__(self) -> _Meter:
-        return self
-
-    def __call__(self, done: int, total: int) -> None:
-        if self._shown:
-            left = (time.monotonic() - self._start) * (total - done) / done
-            print(f"\r{self._what}: {done} of {total}, {left:.0f} s left   ", end="", file=sys.stderr)
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if self._shown:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
-        if kind is not None and issubclass(kind, KeyboardInterrupt):
-            note("armangle: interrupted; the same command goes on where it was")
+@contextmanager
+def _meter(what: str) -> Iterator[Progress | None]:
+    """Yield a bar of a task for a terminal, otherwise None; an interrupted map says how to go on."""
+    try:
+        yield Bar(f"{what} ") if sys.stderr.isatty() else None
+    except KeyboardInterrupt:
+        note("armangle: interrupted; the same command goes on where it was")
+        raise

@@ -17,8 +17,8 @@ from ..arguments import add, add_arm, joint_bounds, number
 from ..loading import any_arm
 from ..motions import motion_of
 from ..pictures import draw
-from ..screen import degrees, progress, show, show_json, write
-from ..tables import paint, table
+from ..screen import progress, show, show_json, show_speeds, write
+from ..tables import paint
 
 HELP = """\
 Give a joint file times: as fast as the bounds of the joints allow, from rest to
@@ -85,10 +85,5 @@ def run(args: argparse.Namespace) -> int:
 
 def _show(arm: Arm, found: Trajectory) -> None:
     """Print the fastest velocity and acceleration of each joint, and the duration."""
-    rows = [
-        [str(i + 1), arm.geometry.joint_names[i], degrees(np.abs(found.qd[:, i]).max(), 2),
-         degrees(np.abs(found.qdd[:, i]).max(), 2)]
-        for i in range(JOINTS)
-    ]  # fmt: skip
-    show(table(["joint", "name", "fastest deg/s", "hardest deg/s^2"], rows, left=(1,)))
+    show_speeds(arm, np.abs(found.qd).max(axis=0), np.abs(found.qdd).max(axis=0))
     show(paint(f"{len(found)} rows. {found.explain()}", "green"))

@@ -19,7 +19,7 @@ from ..arguments import add, add_arm, add_scene, joint_bounds, number, some_pose
 from ..loading import with_scene
 from ..messages import note
 from ..pictures import draw
-from ..screen import counted, degrees, fixed, plural, progress, show, show_json, write
+from ..screen import counted, fixed, plural, progress, show, show_json, show_speeds, write
 from ..tables import table
 
 HELP = """\
@@ -216,13 +216,4 @@ def _show(arm: Arm, facts: dict[str, Any]) -> None:
     ]  # fmt: skip
     if reasons:
         show(table(["not on the target", "why", "cycles", "from s", "to s"], reasons, left=(0, 1)))
-    speeds = [
-        [
-            str(j + 1),
-            arm.geometry.joint_names[j],
-            degrees(facts["fastest"][j], 2),
-            degrees(facts["hardest"][j], 1),
-        ]
-        for j in range(len(facts["fastest"]))
-    ]
-    show(table(["joint", "name", "fastest deg/s", "hardest deg/s^2"], speeds, left=(1,)))
+    show_speeds(arm, facts["fastest"], facts["hardest"])
