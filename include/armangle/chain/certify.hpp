@@ -44,7 +44,8 @@ struct JointTube {
     double radius[joints];    // of the box that holds one posture alone
     double within[joints];    // how near to the cubic that posture is
 
-    /// The range (rad) of joint j's cubic over parameters middle + off, widened by `more` on both sides.
+    /// The range (rad) of the cubic of joint j (0..6) over parameters middle + off, widened by `more` on both
+    /// sides.
     Interval range(int j, const Interval& off, double more) const noexcept {
         const double* c = theta[j];
         const Interval cubic =
@@ -281,7 +282,8 @@ private:
 /// Proves that the true joints of a chain keep limits and singularity margin (rad) along a curve, and the
 /// clearance of `scene` (null: none). `also` is the proof for the nominal arm. Returns the ranges of s that
 /// are not proven; `excess` is the largest violation of a limit found (rad; <= 0: none, infinite: no
-/// posture), `short_of` the largest lack of clearance (m).
+/// posture), `short_of` the largest lack of clearance (m). checkpoint() (may be empty) is called between the
+/// parts of the work and may throw to stop it.
 inline Proof certify(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also,
                      const Scene* scene, double& excess, double& short_of,
                      const std::function<void()>& checkpoint = {}) {

@@ -29,7 +29,7 @@ struct ChainArm {
     // where they are alone X = first pose last
     double joint_shift, joint_turn;
     Pose<double> first, last;
-    Vec3<double> wrist;        // the nominal wrist in the frame of the tip, m
+    Vec3<double> wrist;        // the nominal wrist in the frame of the end effector, m
     double swing[joints + 1];  // m: by how much of its turning frame a link's deviation moves the wrist
     double ahead[joints],
         behind[joints];  // m: of links from a joint's frame to the wrist, and from the first
@@ -75,7 +75,7 @@ inline void links_in_theta(const Arm& arm, const Pose<double> (&in_q)[joints + 1
 }
 
 /// Rotates and moves the frame of joint k (0..6) about and along its axis, such that the two links at it come
-/// as near as possible to the nominal ones. The pose of the tip is unchanged.
+/// as near as possible to the nominal ones. The pose of the end effector is unchanged.
 inline void align_frame(const Pose<double> (&nominal)[joints + 1], Pose<double> (&link)[joints + 1],
                         int k) noexcept {
     Pose<double>& before = link[k];
@@ -168,8 +168,8 @@ inline void measure(ChainArm& out) noexcept {
 
 }  // namespace detail
 
-/// Makes an arm on its own chain L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame of poses to the tip, with
-/// orthonormal rotations. The parameters are those of the nominal arm.
+/// Makes an arm on its own chain L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame of poses to the end
+/// effector, with orthonormal rotations. The parameters are those of the nominal arm.
 inline ChainArm make_near_arm(const ArmParameters& parameters,
                               const Pose<double> (&links)[joints + 1]) noexcept {
     constexpr int sweeps =

@@ -133,7 +133,7 @@ public:
         }
     };
 
-    /// The condition that the angle of a joint is in [lower, upper] (rad, less than 2 pi apart).
+    /// The condition that the angle of a joint (0..6) is in [lower, upper] (rad, less than 2 pi apart).
     Condition condition(int joint, double lower, double upper) const noexcept {
         const double radius = joint < 3 ? shoulder_ : wrist_;
         Condition out{{0, 0, 0}, {0, 0, 0}, 1.0, 1.0, upper - lower > pi, true};
@@ -241,8 +241,9 @@ public:
         return known & (out.wrist <= supposed.wrist) & (out.turn <= supposed.turn);
     }
 
-    /// Bounds of how fast the limit functions change with psi in addition to those of the centre, for X
-    /// changing at this pace.
+    /// For each limit function k, a bound of how fast it changes with psi in addition to that of the centre,
+    /// for X changing at this pace; of_shoulder[k]: a function of a joint at the shoulder (otherwise at the
+    /// wrist).
     template <int N>
     ARMANGLE_INLINE Lane<N> drift(const bool (&of_shoulder)[N], const PoseRate<Lane<N>>& x) const noexcept {
         using Several = Lane<N>;

@@ -35,7 +35,7 @@ inline Towards seen_hint(const ChainArm&, const Pose<double>& seen, Towards elbo
 }
 
 /// A collision-free solution of a target in branch gc within these limits, not necessarily the nearest, but
-/// found in a bounded time. The options must have a seed.
+/// found in a bounded time; the status says why there is none. The options must have a seed.
 template <class AnyArm>
 Nearest resting_solution(const AnyArm& arm, const Limits& limits, const Scene* scene,
                          const Pose<double>& pose, int gc, const NearestOptions& options) noexcept {
@@ -82,7 +82,9 @@ public:
         drift_ = {0, 0, 0};
     }
 
+    /// The present joint values (rad), valid as long as the tracker is not changed.
     const double* q() const noexcept { return tracker_.q(); }
+    /// The true arm.
     const AnyArm& arm() const noexcept { return arm_; }
     /// The nearest pair of shapes of the true arm and its obstacles within `reach` (m); see Tracker.
     NearestPair nearest_pair(double reach) const noexcept { return tracker_.nearest_pair(reach); }

@@ -13,7 +13,7 @@ namespace armangle {
 namespace detail {
 
 /// Calls visit(k, frame) with the true frame of joint k + 1 before its rotation, for k = 0..6, and with the
-/// tip for k = 7; angle[k] is theta_{k+1}.
+/// pose of the end effector for k = 7; angle[k] is theta_{k+1}.
 template <class T, class Visit>
 ARMANGLE_INLINE void walk_links(const ChainArm& arm, const SinCos<T>* angle, const Visit& visit) noexcept {
     Pose<T> frame = spread<T>(arm.link[0]);
@@ -24,7 +24,8 @@ ARMANGLE_INLINE void walk_links(const ChainArm& arm, const SinCos<T>* angle, con
     visit(joints, frame);
 }
 
-/// The true pose of the tip for these angles.
+/// The true pose of the end effector, in the frame that poses are given in, for the sines and cosines of
+/// theta.
 template <class T>
 ARMANGLE_INLINE Pose<T> tip(const ChainArm& arm, const SinCos<T>* angle) noexcept {
     Pose<T> out;
@@ -65,7 +66,7 @@ inline void frames(const ChainArm& arm, const double* q, Pose<double> (&out)[joi
     out[joints] = out[joints] * arm.nominal.tool_inverse;
 }
 
-/// The pose of the tip at joint values q.
+/// The pose of the end effector at joint values q, in the frame that poses are given in.
 inline Pose<double> tool_pose(const ChainArm& arm, const double* q) noexcept {
     double theta[joints];
     SinCos<double> angle[joints];
@@ -81,7 +82,8 @@ inline Vec3<double> elbow_position(const ChainArm& arm, const double* q) noexcep
     return frame[3].position;
 }
 
-/// The geometric Jacobian of the true chain.
+/// The geometric Jacobian of the true chain, of the end effector in the frame that poses are given in, as
+/// that of an S-R-S arm.
 inline Jacobian jacobian(const ChainArm& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);

@@ -31,7 +31,7 @@ struct Hull {
     T psi, half;
     T theta[joints], slope[joints], radius[joints], slope_radius[joints];
 
-    /// By how much (rad) a joint can differ from its value at the middle.
+    /// By how much (rad) a joint (0..6) can differ from its value at the middle.
     T reach(int joint) const noexcept { return half * abs(slope[joint]) + radius[joint]; }
 };
 

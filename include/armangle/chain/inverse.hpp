@@ -232,7 +232,7 @@ struct Reduced {
     ARMANGLE_INLINE Vec3<T> moved(const Vec3<T>& x) const noexcept {
         return c_[4].wrist * x.x + c_[5].wrist * x.y + c_[6].wrist * x.z;
     }
-    /// Solves the equations: the joint step (rad) that makes the errors `left` vanish.
+    /// Solves the equations: writes the joint step (rad) that makes the errors `left` vanish to `step`.
     ARMANGLE_INLINE void solve(const Row& left, T (&step)[joints]) const noexcept {
         const Vec3<T> rest = turned_back(left.turn), s = left.wrist - moved(rest);
         const T h = left.psi, g_0 = c_[0].psi, g_1 = c_[1].psi, g_2 = c_[2].psi;
@@ -559,7 +559,7 @@ inline void theta_of(const SinCos<double>* angle, double (&theta)[joints]) noexc
     for (int j = 0; j < joints; ++j) theta[j] = all[j];
 }
 
-/// UNREACHABLE or FOLDED if a pose surely has no posture; OK if it may have one.
+/// UNREACHABLE or FOLDED if a pose, whose triad is `on`, surely has no posture; OK if it may have one.
 inline Status reach_status(const ChainArm& arm, const Triad<double>& on) noexcept {
     const Arm& nominal = arm.nominal;
     const double outside = max(on.distance - nominal.reach, nominal.inner_reach - on.distance);
@@ -573,7 +573,7 @@ inline Status reach_status(const ChainArm& arm, const Triad<double>& on) noexcep
 /// middles of the ranges). The result has the pose and psi within chain_tuning::residual and exactly this
 /// branch; otherwise the joints are NaN and the status is BAD_INPUT, UNREACHABLE, FOLDED, NEAR_SINGULAR where
 /// branches meet, or NO_CONVERGENCE. A rotation within its tolerance is replaced by the nearest exact one. If
-/// there are two postures, one equal to the seed is returned.
+/// there are two postures, the seed's own is returned if it is one of them.
 inline Inverse inverse(const ChainArm& arm, const Pose<double>& pose, double psi, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
@@ -604,7 +604,7 @@ inline double reach_excess(const ChainArm& arm, const Pose<double>& pose) noexce
 }
 
 /// The derivative dq/dpsi (rad/rad) of the true chain at a pose, psi and branch, in the member `q` of the
-/// result; a status other than OK says why there is none.
+/// result; if there is none, `q` is NaN and the status says why: one of inverse(), or NEAR_SINGULAR.
 inline Inverse self_motion_rate(const ChainArm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
     Inverse out = inverse(arm, pose, psi, gc);
     if (out.status != Status::OK) return out;

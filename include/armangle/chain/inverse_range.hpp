@@ -10,7 +10,7 @@ namespace armangle {
 
 namespace detail {
 
-/// The problem of a batch element with this status.
+/// The problem of a batch element with this status; near_singular for a status that has none of its own.
 constexpr Problem problem_of(Status status) noexcept {
     switch (status) {
         case Status::OK: return Problem::none;
@@ -42,7 +42,8 @@ inline void solve_element(const ChainArm& arm, const InverseBatch& b, std::size_
     outcome.report(problem_of(found.status), i, value);
 }
 
-/// Which of several postures reach their poses within the tolerance of inverse().
+/// Tells for each of several postures (one in each lane) whether it reaches its pose within
+/// chain_tuning::held, up to which a seed counts as a posture of the pose.
 template <class T>
 ARMANGLE_INLINE auto meets(const ChainArm& arm, const T (&q)[joints], const Pose<T>& pose) noexcept {
     SinCos<T> angle[joints];

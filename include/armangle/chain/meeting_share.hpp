@@ -57,8 +57,8 @@ struct MeetingShare {
     }
 };
 
-/// The largest share if joints j and j + 2 rotate together about nearly one axis (sin of the joint between is
-/// small): `here`, and at three other values of that common rotation.
+/// The largest share if joints j and j + 2 (j: 0 or 4) rotate together about nearly one axis (sin of the
+/// joint between is small): `here`, and at three other values of that common rotation.
 template <class T>
 ARMANGLE_INLINE T share_all_round(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                   const SinCos<T>* angle, int j, const T& here) noexcept {

@@ -459,8 +459,8 @@ private:
         solve_at(gc, 0.5 * (a + b));
     }
 
-    /// The psi between `inside` and `outside` up to which joint j keeps its multiple of 2 pi; beyond it, the
-    /// joint jumps from one limit to the other.
+    /// The psi between `inside` and `outside` up to which joint j (0..6) keeps its multiple of 2 pi; beyond
+    /// it, the joint jumps from one limit to the other.
     double winding_end(int gc, double inside, double outside, int j) const noexcept {
         const double begun = solution_at(gc, inside).q[j];
         for (int pass = 0; pass < chain_tuning::polishes && abs(outside - inside) > chain_tuning::residual;
@@ -633,9 +633,9 @@ private:
         if (shared) try_locally(at.q, out);
     }
 
-    /// Distributes in q the rotation of joints j and j + 2 between them at least cost, without regard to
-    /// limits, if the joint between them (`sine`, `cosine` of its angle) is near 0 or pi, where only their
-    /// sum matters; false, without a change, if it is not.
+    /// Distributes in q the rotation of joints j and j + 2 (j: 0, 2 or 4) between them at least cost, without
+    /// regard to limits, if the joint between them (`sine`, `cosine` of its angle) is near 0 or pi, where
+    /// only their sum matters; false, without a change, if it is not.
     bool share(int j, double sine, double cosine, double* q) const noexcept {
         const JointCost &a = joint_[j], &b = joint_[j + 2];
         const double weight = a.weight + b.weight;

@@ -27,8 +27,8 @@ public:
                  const Configuration<double>& gc) noexcept
         : arm_(arm), pose_(pose), on_(on), gc_(gc) {}
 
-    /// Finds the postures at the first `count` of these psi (rad), whose planes are in `plane`; is_found says
-    /// which were found.
+    /// Finds the postures at the first `count` (0..N) of these psi (rad), whose planes are in `plane`;
+    /// is_found says which were found. Other lanes of the result mean nothing.
     Found<Several> find(const double (&psi)[N], int count, const PsiPlane<Several>& plane,
                         bool (&is_found)[N]) noexcept {
         Found<Several> out = find_posture(arm_, spread<Several>(pose_), plane, spread<Several>(gc_));

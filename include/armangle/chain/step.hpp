@@ -16,6 +16,7 @@ public:
     /// Keeps a pointer to an arm, and its singularity margin (rad).
     ChainSteps(const ChainArm& arm, double margin) noexcept : arm_(&arm), margin_(margin) {}
 
+    /// The arm itself.
     const ChainArm& arm() const noexcept { return *arm_; }
     /// The nominal arm.
     const Arm& rows() const noexcept { return arm_->nominal; }
@@ -34,7 +35,7 @@ public:
         return {arm_angle(triad(rows(), flange_pose(rows(), pose)), detail::elbow_axis(angle)), now.gc};
     }
     /// Writes the directions of the joints at a pose, branch and psi to d; if the status is not OK, d is no
-    /// solution.
+    /// solution. The last argument, a seed, is not used.
     Status at(const Pose<double>& pose, int gc, double psi, const double*,
               Directions<double>& d) const noexcept {
         const Triad<double> on = triad(rows(), flange_pose(rows(), pose));
@@ -58,11 +59,11 @@ public:
     BranchMeetings meetings() const noexcept { return branch_meetings(rows()); }
     /// The joints, counted from 0, at whose singular position a step may change the branch: 1 and 5.
     std::span<const int> hinges() const noexcept { return hinge_joint; }
-    /// The psi nearest to a target of the elbow.
+    /// The psi (rad) nearest to a target of the elbow; NaN if all are equally good.
     double towards(const Pose<double>& pose, int gc, const Towards& towards) const noexcept {
         return psi_towards(rows(), self_motion(rows(), pose, configuration(gc)), towards).psi;
     }
-    /// By how much psi changes if the tool rolls by an angle: 0, as psi belongs to the elbow.
+    /// By how much psi changes if the tool rolls by an angle: always 0, as psi belongs to the elbow.
     double turned_by(double) const noexcept { return 0.0; }
     /// The nearest solution of a pose.
     Nearest nearest(const Pose<double>& pose, const NearestOptions& options,
@@ -80,7 +81,8 @@ static_assert(stepping_family<ChainSteps>);
 /// The functions for steps of an arm, without a singularity margin.
 inline ChainSteps steps_of(const ChainArm& arm) noexcept { return {arm, 0.0}; }
 
-/// The step from joints q_now to `pose` within the arm's limits and a singularity margin (rad).
+/// The step from joints q_now to `pose` within the arm's limits and a singularity margin (rad); Step::psi is
+/// its psi.
 inline Step step(const ChainArm& arm, double margin, const double* q_now, const Pose<double>& pose,
                  const StepOptions& options) noexcept {
     return step(ChainSteps(arm, margin), q_now, pose, options);

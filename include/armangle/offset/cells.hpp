@@ -155,7 +155,8 @@ public:
     const Cells cells;
 
     /// Decides the cell [lower, upper] of the free joint: inside all limits, outside, or open. If it is
-    /// inside, `piece` is the part that keeps the limits, perhaps empty. Bounds of the joints come in `cell`.
+    /// inside, `piece` is the part that keeps the limits, perhaps empty. Bounds of the joints come in `cell`,
+    /// unless it is outside.
     Known look(double lower, double upper, typename Cells::Over& cell, Piece& piece) noexcept {
         ++looks_;
         piece = {lower, upper, 0, 0};

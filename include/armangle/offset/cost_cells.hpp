@@ -1,10 +1,10 @@
-// What a posture of an arm with an offset costs over cells of the free joint, eight cells at a time.
+// What a posture of an arm with an offset costs over cells of the free joint, as many cells at a time as the
+// processor has lanes.
 //
-//     cost |\      _        The closed form itself, run on Jet<Enclosure<Boxes>, 2>, gives every joint at the
-//          | \    / \       middles, and bounds of its value, slope and curvature over the cells. So a cell
-//          has
-//          +-|--|--|- free  a lower bound of second order, and it is told where the cost rises, falls or is
-//                           convex all over it.
+//     cost |\      _        The closed form itself, run on Jet<Enclosure<CostCells>, 2>, gives every joint
+//          | \    / \       at the middles, and bounds of its value, slope and curvature over the cells. So
+//          +-|--|--|- free  a cell has a lower bound of second order, and it is told where the cost rises,
+//                           falls or is convex all over it.
 #pragma once
 
 #include "../limits/nearest_search.hpp"
@@ -81,7 +81,7 @@ private:
             most;  // from `near` at the middles; the least and the largest size over the cells
         LaneMask<register_width> smooth;  // whether that turn is the nearest all over the cell
     };
-    /// The difference of joint j from the seed over cells.
+    /// The difference of joint j (0..6) from the seed over cells.
     Way way(int j, const OffsetOverCells& over) const noexcept {
         const JointCost& c = joint_[j];
         const Lanes zero(0.0), near(c.near), lower(c.lower), upper(c.upper), travel = over.travel[j];

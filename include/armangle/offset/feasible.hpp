@@ -58,8 +58,8 @@ public:
           kappa_(forms_.kappa()),
           looks_(tuning.looks) {}
 
-    /// Computes the arcs of branch gc (0..7). `branches` is the number of branches still to be computed,
-    /// which share the cells.
+    /// Computes the arcs of branch gc (0..7). `branches` is the number of branches still to be computed, this
+    /// one included, which share the cells.
     void find(int gc, int branches, ProvenArcs& out) noexcept {
         make_empty(out.arcs);
         make_empty(out.open);
@@ -111,8 +111,9 @@ public:
             if (may_be(1, cosine > 0 ? 0.0 : pi)) tell(forms_.straight(cosine));
     }
 
-    /// Calls take(lower, upper) for the places of branch gc with more than one root: arcs between those are
-    /// not looked for. A place is narrow, but at a fold the joints move by the root of its width.
+    /// Calls take(lower, upper), two values of the free joint (rad), for the places of branch gc with more
+    /// than one root: arcs between those are not looked for. A place is narrow, but at a fold the joints move
+    /// by the root of its width.
     template <class Take>
     void crowded(int gc, const Take& take) noexcept {
         const double elbow = configuration(gc).elbow;
@@ -148,9 +149,9 @@ private:
         int pieces = 0;              // that reach and joints 4 and 7 leave
         double piece_lower[most_places], piece_upper[most_places];
 
-        /// The place before place i.
+        /// The number of the place before place i; around the circle, the last comes before the first.
         int before(int i) const noexcept { return i > 0 ? i - 1 : count - 1; }
-        /// The place after place i.
+        /// The number of the place after place i; the first comes after the last.
         int behind(int i) const noexcept { return i + 1 < count ? i + 1 : 0; }
     };
     /// The results of one branch; the ends belong to the segments inside.
@@ -194,7 +195,7 @@ private:
     }
     /// Whether a range is so narrow that the joint is fixed.
     static bool locked(const ThetaRanges::One& range) noexcept { return 2.0 * range.half < tolerance::angle; }
-    /// Whether a joint may have an angle within its range, or nearly.
+    /// Whether a joint (0..6) may have an angle within its range, or nearly.
     bool may_be(int joint, double angle) const noexcept {
         for (int i = 0; i < ranges_.count; ++i)
             if (ranges_.one[i].joint == joint)
@@ -670,7 +671,8 @@ private:
 }  // namespace detail
 
 /// Computes the values of the free joint (rad) at which branch gc solves a pose within limits in the robot's
-/// order of joints; the status says why there are none.
+/// order of joints; the status says why there are none. The tags name joints of the formulas (see
+/// in_robot_order).
 inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, const Limits& limits,
                      ProvenArcs& out, const OffsetArcsTuning& tuning = {}) noexcept {
     detail::OffsetArcs(arm, pose, limits, tuning).find(gc, 1, out);
@@ -681,8 +683,8 @@ inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, Pro
     feasible(arm, pose, gc, arm.own.limits, out);
 }
 
-/// Computes the values of the free joint at which each branch solves a pose within limits; all share the
-/// roots.
+/// Computes the values of the free joint at which each branch solves a pose within limits, as feasible()
+/// does; all share the roots.
 inline void feasible_all(const OffsetArm& arm, const Pose<double>& pose, const Limits& limits,
                          ProvenArcs (&out)[configurations], const OffsetArcsTuning& tuning = {}) noexcept {
     detail::OffsetArcs all(arm, pose, limits, tuning);

@@ -159,7 +159,7 @@ private:
         cells.at(free, theta);
         for (int j = 0; j < joints; ++j) q[j] = turned(j, theta[j]);
     }
-    /// The value of joint j at theta, within its limits and with the cheapest multiple of 2 pi.
+    /// The value of joint j (0..6) at theta, within its limits and with the cheapest multiple of 2 pi.
     double turned(int j, double theta) const noexcept {
         const JointCost& c = joint_[j];
         return to_q(theta, c.sign, c.offset, c.lower, c.upper, c.near);
@@ -830,8 +830,8 @@ inline NearestOptions in_formula_order(const OffsetArm& arm, const NearestOption
 }  // namespace detail
 
 /// The posture of a pose with the least cost, globally: over the permitted branches and values of the free
-/// joint and all multiples of 2 pi, without collision in `scene` (null: none). UNPROVEN: a posture, but a
-/// cheaper one is not excluded.
+/// joint and all multiples of 2 pi, without collision in `scene` (null: none). Without one, the status is the
+/// reason. UNPROVEN: a posture, but a cheaper one is not excluded.
 inline Nearest nearest_posture(const OffsetArm& arm, const Pose<double>& pose, const NearestOptions& options,
                                const Scene* scene = nullptr, const OffsetCostTuning& tuning = {}) noexcept {
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
@@ -840,7 +840,8 @@ inline Nearest nearest_posture(const OffsetArm& arm, const Pose<double>& pose, c
     return detail::OffsetNearestSearch(arm, exact, in_order, scene, tuning).best();
 }
 
-/// The nearest posture of each branch and arc: first that of nearest_posture(), then by rising cost.
+/// Writes the nearest posture of each branch and arc to `out`, as many as fit: first that of
+/// nearest_posture(), then by rising cost.
 inline void nearest_postures(const OffsetArm& arm, const Pose<double>& pose, const NearestOptions& options,
                              Nearests& out, const Scene* scene = nullptr,
                              const OffsetCostTuning& tuning = {}) noexcept {

@@ -77,7 +77,7 @@ inline OffsetArm remade(const OffsetArm& arm, const ArmParameters& parameters) n
     return make_offset_arm(parameters, arm.mirrored ? -arm.a_6 : arm.a_6, arm.mirrored);
 }
 
-/// The arm with the robot's joint 7 held at its current value and without limits: a solved pose may have any
+/// The arm whose robot's joint 7 has no limits and keeps the value of the seed: a solved pose may have any
 /// roll about axis 7.
 inline OffsetArm with_free_roll(const OffsetArm& arm) noexcept {
     return remade(arm, with_free_roll(static_cast<const ArmParameters&>(arm.own)));

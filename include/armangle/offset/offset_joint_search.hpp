@@ -124,7 +124,7 @@ public:
     }
 
     /// Improves the prepared postures to the nearest ones to the seed, unless worth() rejects them. False if
-    /// the rounds are used up.
+    /// the rounds are used up, or there were as many prepared postures as fit, so that some may be missing.
     template <class Worth, class Take>
     bool finish(const Worth& worth, const Take& take) noexcept {
         for (int i = 0; i < left_; ++i) {

@@ -1,5 +1,5 @@
-// The two doors of an arm with an offset wrist: forward, q -> (pose, free, GC), and inverse, (pose, free, GC)
-// -> q.
+// Kinematics of an arm with an offset wrist or shoulder: forward, q -> (pose, free, GC), and inverse, (pose,
+// free, GC) -> q.
 #pragma once
 
 #include "../arm/jacobian.hpp"
@@ -113,9 +113,11 @@ inline void share_turn(const OffsetArm& arm, const double* seed, double straight
 
 }  // namespace detail
 
-/// Computes the directions of all joints, in the robot's order, for a pose with an exact rotation, a value of
-/// the free joint and a branch. Else returns UNREACHABLE (the wrist, at this value of the free joint),
-/// NO_POSTURE (axis 5 cannot be orthogonal to axis 6 there) or NEAR_SINGULAR (axis 5 may have any direction).
+/// Writes the directions of all joints, in the robot's order, for a pose with an exact rotation, a value of
+/// the free joint and a branch to `out`. The seed (joint values, or null) decides how joints about one axis
+/// share a turn. Returns OK, or UNREACHABLE (the wrist, at this value of the free joint), NO_POSTURE (axis 5
+/// cannot be orthogonal to axis 6 there) or NEAR_SINGULAR (axis 5 may have any direction); then `out` is
+/// unchanged.
 inline Status directions(const OffsetArm& arm, const Pose<double>& exact, double free, int gc,
                          const double* seed, Directions<double>& out) noexcept {
     const OffsetMotion<> m = offset_motion(arm, exact, gc);
@@ -139,8 +141,8 @@ inline Status directions(const OffsetArm& arm, const Pose<double>& exact, double
 }
 
 /// Inverse kinematics: joint values of (pose, free joint, branch gc), each in the revolution within its
-/// limits nearest to the seed, or to the middle of its range without one. Else a status of directions(), or
-/// BAD_INPUT.
+/// limits nearest to the seed, or to the middle of its range without one. Otherwise they are NaN, with a
+/// status of directions() or BAD_INPUT.
 inline Inverse inverse(const OffsetArm& arm, const Pose<double>& pose, double free, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
@@ -180,7 +182,8 @@ void angles_along(const OffsetArm& arm, const OffsetMotion<>& m, const Jet<T, N>
 }
 
 /// The derivatives dq/d(free joint) at a fixed pose, in `q` (rad/rad). Infinite where they do not exist: for
-/// joints that rotate around one axis at theta_2 = 0 or pi, and at a fold. Else a status of inverse().
+/// joints that rotate around one axis at theta_2 = 0 or pi, and at a fold. Without a solution, NaN and the
+/// status of inverse().
 inline Inverse self_motion_rate(const OffsetArm& arm, const Pose<double>& pose, double free,
                                 int gc) noexcept {
     Inverse out = inverse(arm, pose, free, gc);

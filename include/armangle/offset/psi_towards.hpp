@@ -38,7 +38,8 @@ public:
                   const OffsetTowardsTuning& tuning) noexcept
         : arm_(arm), motion_(offset_motion(arm, exact, gc)), cells_(arm, exact, gc), v_(v), tuning_(tuning) {}
 
-    /// The best value of the free joint; NaN if the branch has no solution.
+    /// The best value of the free joint (rad), the best found if the cells are used up; NaN if the branch has
+    /// no solution.
     double best() noexcept {
         struct Cell {
             double lower, upper;
@@ -82,7 +83,8 @@ public:
 private:
     static constexpr int most_cells = 128;
 
-    /// The component (m) of the elbow's position along the wanted direction, at a solved wrist.
+    /// The number to maximize, v times the elbow's position from the shoulder (scalar product), at a solved
+    /// wrist.
     template <class T>
     T gain_of(const OffsetWrist<T>& wrist) const noexcept {
         const T root = sqrt(max(wrist.inside, T(0.0)));
@@ -93,14 +95,14 @@ private:
         const Vec3<T> elbow = wrist.w - x4 * T(arm_.rest.a_4) - z4 * T(arm_.rest.d_ew);
         return dot(in_scalar<T>(v_), elbow);
     }
-    /// The component (m) of the elbow's position along the wanted direction at a value of the free joint
-    /// (rad).
+    /// The number to maximize, v times the elbow's position from the shoulder, at a value of the free joint
+    /// (rad), for any scalar.
     template <class T>
     T gain(const T& free) const noexcept {
         const SinCos<T> theta_7 = sin_cos(T(arm_.rest.sign[6]) * free + T(arm_.rest.offset[6]));
         return gain_of(offset_wrist(arm_, motion_, theta_7));
     }
-    /// The distance (m) to maximize, that of the elbow along the direction v, at a value of the free joint
+    /// The number to maximize, v times the elbow's position from the shoulder, at a value of the free joint
     /// (rad).
     double gain_at(double free) const noexcept { return gain<double>(free); }
 
@@ -136,8 +138,9 @@ private:
 }  // namespace detail
 
 /// The value of the free joint (rad) at which the elbow is as near to its target as branch gc of the pose
-/// allows, ignoring joint limits. NaN with `on_axis` if the target point is the shoulder (for a mirrored arm:
-/// the wrist), NaN with `no` if the branch has no solution.
+/// allows, ignoring joint limits. A target that is itself a value of the free joint is returned, wrapped. NaN
+/// with `on_axis` if the target point is the shoulder (for a mirrored arm: the wrist) or the direction has no
+/// length, NaN with `no` if the branch has no solution.
 inline WishedPsi psi_towards(const OffsetArm& arm, const Pose<double>& pose, int gc, const Towards& towards,
                              const OffsetTowardsTuning& tuning = {}) noexcept {
     if (towards.wish == Wish::psi) return {wrap(towards.psi), Indifferent::no};

@@ -19,6 +19,7 @@ public:
     /// Keeps a pointer to an arm.
     explicit FreeJointSteps(const AnyArm& arm) noexcept : arm_(&arm) {}
 
+    /// The arm itself.
     const AnyArm& arm() const noexcept { return *arm_; }
     /// The arm without the offset, whose signs, offsets and limits are the robot's.
     const Arm& rows() const noexcept { return nominal(*arm_); }

@@ -10,8 +10,9 @@ namespace armangle {
 
 namespace detail {
 
-/// Bounds all joints over a cell by straight lines plus errors. If the slope of a joint gives no good bound,
-/// as near a fold, its whole range is the error. False if a joint has no bound.
+/// Bounds all joints, in the robot's order, over a cell of half width `half` (rad) by straight lines plus
+/// errors. If the slope of a joint gives no good bound, as near a fold, its whole range is the error. False
+/// if a joint has no bound.
 inline bool straight_cell(const OffsetArm& arm, const OffsetCells::Over& over, double half,
                           StraightCell& out) noexcept {
     for (int j = 0; j < joints; ++j) {

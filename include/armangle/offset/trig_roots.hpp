@@ -74,7 +74,8 @@ struct TrigDerivatives {
     RootLanes of[Order + 1];
 };
 
-/// Computes the values and derivatives of several polynomials at once, which share cosines and sines.
+/// Computes the values and derivatives of several polynomials at x (rad), which share cosines and sines;
+/// `degree` is the largest of theirs.
 template <int Order, int Count>
 ARMANGLE_INLINE void derivatives(const TrigPolynomial* const (&p)[Count], int degree, const RootLanes& x,
                                  TrigDerivatives<Order> (&out)[Count]) noexcept {

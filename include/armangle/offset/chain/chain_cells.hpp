@@ -12,8 +12,8 @@
 //     t |C J' u| + R |u| + (t |C J'| + R) Y < Y   =>   |y| <= Y:
 //
 // the joints cannot leave the box that R is made for, so that there is a posture for every value of the cell
-// (a Krawczyk test, along one variable). As the tip stays, an axis moves no more than the joints before it,
-// or those behind it, turn it. Rounding is not in the bounds: ChainCellsTuning::rounding stands
+// (a Krawczyk test, along one variable). As the end effector stays, an axis moves no more than the joints
+// before it, or those behind it, turn it. Rounding is not in the bounds: ChainCellsTuning::rounding stands
 // for it. Source: R. E. Moore, Interval Analysis (1966); A. Neumaier, Interval Methods (1990), chapter 5.
 #pragma once
 
@@ -56,7 +56,8 @@ public:
         for (int k = 1; k < joints; ++k) length_[k] = length_[k - 1] + norm(arm.row[k].position);
     }
 
-    /// Writes theta (rad) of all joints at a value of the free joint (rad); NaN if no posture is found.
+    /// Writes theta (rad) of all joints, in the order of the formulas, at a value of the free joint (rad) to
+    /// `theta`; NaN if no posture is found.
     void at(double free, double* theta) const noexcept {
         ChainPosture found;
         const bool ok = posture(free, found) == Status::OK;
@@ -179,8 +180,8 @@ private:
         return {wrap(middle), {-half, half}, Interval::whole()};
     }
 
-    /// Writes bounds of the joints' derivatives along the self-motion from a posture, for theta_7 +- half, to
-    /// `out`; false if they are not proven.
+    /// Writes bounds of the joints' derivatives by theta_7 along the self-motion from a posture, for theta_7
+    /// +- half, to `out`; false if they are not proven.
     bool follow(const ChainPosture& here, double half, Followed& out) const noexcept {
         double inverse[6][6];
         Pose<double> frame[joints + 1];

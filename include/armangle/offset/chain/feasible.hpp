@@ -53,8 +53,9 @@ struct ChainCellQueue {
 
 }  // namespace detail
 
-/// The values of the free joint at which branch gc reaches a pose within the limits (given in the robot's
-/// order of joints).
+/// Writes the values of the free joint at which branch gc reaches a pose within limits (in the robot's order
+/// of joints) to `out`, or the reason why there are none: NEAR_SINGULAR if some values are not decided. The
+/// tags name joints of the formulas (see in_robot_order).
 inline void feasible(const OffsetChain& arm, const Pose<double>& pose, int gc, const Limits& limits,
                      ProvenArcs& out, const OffsetChainArcsTuning& tuning = {}) noexcept {
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
@@ -94,12 +95,14 @@ inline void feasible(const OffsetChain& arm, const Pose<double>& pose, int gc, c
     out.status = out.unproven > 0 ? Status::NEAR_SINGULAR : judge.refusal();
 }
 
-/// The values of the free joint at which branch gc reaches a pose within the arm's own limits.
+/// Writes the values of the free joint at which branch gc reaches a pose within the arm's own limits to
+/// `out`.
 inline void feasible(const OffsetChain& arm, const Pose<double>& pose, int gc, ProvenArcs& out) noexcept {
     feasible(arm, pose, gc, arm.nominal.own.limits, out);
 }
 
-/// The values of the free joint at which each branch reaches a pose within the limits.
+/// Writes the values of the free joint at which each branch reaches a pose within limits to `out`, as
+/// feasible() does.
 inline void feasible_all(const OffsetChain& arm, const Pose<double>& pose, const Limits& limits,
                          ProvenArcs (&out)[configurations],
                          const OffsetChainArcsTuning& tuning = {}) noexcept {
@@ -111,7 +114,8 @@ inline ArcSet in_robot_order(const OffsetChain& arm, const ArcSet& arcs) noexcep
     return in_robot_order(arm.nominal, arcs);
 }
 
-/// The joint value (rad) that ends an arc, a limit of the joint in the tag; NaN if the tag names no joint.
+/// The joint value (rad) that ends an arc: the limit of the robot's joint in the tag; NaN if the tag names no
+/// joint.
 inline double end_value(const OffsetChain& arm, const Pose<double>&, int, Tag tag, double) noexcept {
     const int joint = tag_joint(tag) - 1;
     if (joint < 0) return not_a_number;

@@ -70,8 +70,8 @@ inline bool solve_six(double (&a)[6][7], double (&x)[6], double least_pivot) noe
 }
 
 /// Writes the six equations of all joints except `held` (0..6) at a posture to a: the Jacobian's columns,
-/// then the error. The position is that of frame 6's origin. Returns the size of the error; infinite if the
-/// rotation is off by a right angle or more.
+/// then the error. The position is that of frame 6's origin. Returns the size of the error (share of the
+/// reach plus rad); infinite if the rotation is off by a right angle or more.
 inline double six_equations(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>* angle,
                             int held, double (&a)[6][7]) noexcept {
     Pose<double> frame[joints + 1];
@@ -99,7 +99,7 @@ inline double six_equations(const OffsetChain& arm, const Pose<double>& flange, 
 }
 
 /// Writes the posture of the nominal arm for a flange pose and theta_7 to `angle`; if there is none, that of
-/// the nearest pose that has one.
+/// a pose nearby that has one.
 inline void nominal_posture(const OffsetArm& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
                             const OffsetBranch& branch, SinCos<double> (&angle)[joints]) noexcept {
     const OffsetMotion<> m = motion_of_flange(arm, flange, branch);
@@ -186,7 +186,8 @@ inline bool find_at_once(const OffsetChain& arm, const Pose<double>& flange, con
     return is_of(arm, branch, out, tuning);
 }
 
-/// By how much (m) at least the wrist of a flange pose is out of reach; <= 0 if that is not certain.
+/// By how much (m) at least the wrist of a flange pose is beyond the reach, or inside the inner reach; <= 0
+/// if that is not certain.
 inline double certain_excess(const OffsetChain& arm, const Pose<double>& flange,
                              const SinCos<double>& theta_7) noexcept {
     const OffsetMotion<> m = motion_of_flange(arm.nominal, flange, configuration(0));
@@ -252,7 +253,8 @@ inline Status directions(const OffsetChain& arm, const Pose<double>& pose, doubl
 
 /// The joint values of the true chain for a pose, a value of the free joint (rad) and a branch, each in the
 /// revolution within its limits nearest to the seed, or to the middle of its range without one. Otherwise
-/// UNREACHABLE, BAD_INPUT or NEAR_SINGULAR: no solution in the branch is found, near where two branches meet.
+/// they are NaN and the status is UNREACHABLE, BAD_INPUT or NEAR_SINGULAR: no solution in the branch is
+/// found, near where two branches meet.
 inline Inverse inverse(const OffsetChain& arm, const Pose<double>& pose, double free, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;

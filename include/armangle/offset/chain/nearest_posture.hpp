@@ -147,17 +147,19 @@ private:
     /// The difference up to which two costs count as equal.
     double tie() const noexcept { return tuning_.tie * abs(cost_) + 1e-24; }
 
-    /// Keeps the posture at a value of the free joint (rad) if there is one within the limits that costs less
-    /// than the best.
+    /// Keeps the posture that find_at_once() finds at a value of the free joint (rad) as the best, if that
+    /// value is allowed, the posture within the limits and collision-free, and it costs less than the best.
     void offer(const ChainCells& cells, int gc, double free) noexcept {
         ChainPosture at;
         if (find_at_once(arm_, cells.flange(), cells.theta_7_of(free), configuration(gc), at))
             take(at, gc, free);
     }
 
-    /// Keeps a posture if it is within the limits and costs less; returns whether it did.
+    /// Keeps a posture as the best if its value of the free joint is allowed, it is within the limits and
+    /// collision-free, and it costs less than the best; returns whether it did.
     bool take(const ChainPosture& at, int gc, double free) noexcept { return take(at, gc, free, cost_); }
-    /// Keeps a posture if it is within the limits and costs less than `most`; returns whether it did.
+    /// Keeps a posture as the best if its value of the free joint is allowed, it is within the limits and
+    /// collision-free, and it costs less than `most`; returns whether it did.
     bool take(const ChainPosture& at, int gc, double free, double most) noexcept {
         if (o_.allowed && !contains(*o_.allowed, free)) return false;
         const Arm& own = arm_.nominal.own;
@@ -182,8 +184,9 @@ private:
         return true;
     }
 
-    /// Keeps a posture that reaches the pose, with its own branch and value of the free joint, if they are
-    /// permitted, it is within the limits and costs less; returns whether it did.
+    /// Keeps a posture as the best, with its own branch and value of the free joint, if it reaches the pose,
+    /// both are permitted, it is within the limits and collision-free, and it costs less than the best;
+    /// returns whether it did.
     bool take(const ChainPosture& at) noexcept {
         if (!(at.left <= posture_.residual)) return false;
         const int gc = index(branch_of(arm_, at.angle));
@@ -199,7 +202,7 @@ private:
         double squares = 0, largest = 0, margin = infinity;
     };
 
-    /// Adds the cost of joint j (in the order of the formulas) over a cell.
+    /// Adds the cost of joint j (0..6, in the order of the formulas) over a cell.
     void add(int j, const JointOver& over, Bound& out) const noexcept {
         const Arm& own = arm_.nominal.own;
         const int k = robot_joint(arm_, j);
@@ -478,7 +481,8 @@ inline ProvenArcs intervals_to_search(const OffsetChain& arm, const Pose<double>
 
 /// Returns the joints of a pose that cost least: over the branches and values of the free joint that may be
 /// used, and all turns. The status is UNPROVEN if a solution that costs less is not excluded. With a scene,
-/// only collision-free values are searched, and any unproven interval makes the answer UNPROVEN.
+/// only collision-free values are searched, and any unproven interval makes the answer UNPROVEN, or without a
+/// solution NEAR_SINGULAR.
 inline Nearest nearest_posture(const OffsetChain& arm, const Pose<double>& pose,
                                const NearestOptions& options, const Scene* scene = nullptr,
                                const OffsetChainNearestTuning& tuning = {}) noexcept {
@@ -505,7 +509,8 @@ inline Nearest nearest_posture(const OffsetChain& arm, const Pose<double>& pose,
     return best;
 }
 
-/// Returns the best solution of each branch and interval, by rising cost.
+/// Writes the best solution of each branch and interval to `out`, the best first, as many as fit. The status
+/// is OK if there is one, otherwise that of nearest_posture().
 inline void nearest_postures(const OffsetChain& arm, const Pose<double>& pose, const NearestOptions& options,
                              Nearests& out, const Scene* scene = nullptr,
                              const OffsetChainNearestTuning& tuning = {}) noexcept {

@@ -80,9 +80,10 @@ inline void measure(OffsetChain& out) noexcept {
 
 }  // namespace detail
 
-/// Makes an arm on its own chain L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame of poses to the tip, with
-/// orthonormal rotations, and measures how far each of its links is from the nominal arm. `parameters` and
-/// `offset` (m, that of the wrist; `mirrored`: of the shoulder) describe that nominal arm (make_offset_arm).
+/// Makes an arm on its own chain L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame of poses to the end
+/// effector, with orthonormal rotations, and measures how far each of its links is from the nominal arm.
+/// `parameters` and `offset` (m, that of the wrist; `mirrored`: of the shoulder) describe that nominal arm
+/// (make_offset_arm).
 inline OffsetChain make_offset_chain(const ArmParameters& parameters, double offset, bool mirrored,
                                      const Pose<double> (&links)[joints + 1]) noexcept {
     constexpr int sweeps = 32;  // neighbouring axes are nearly square: frames hardly disturb each other
@@ -155,7 +156,7 @@ inline void frames(const OffsetChain& arm, const double* q, Pose<double> (&out)[
     out[joints] = frame * own.tool_inverse;
 }
 
-/// The pose of the tip at joint values q, for any scalar.
+/// The pose of the end effector at joint values q, in the frame that poses are given in, for any scalar.
 template <class T>
 Pose<T> tool_pose(const OffsetChain& arm, const T* q) noexcept {
     const Arm& own = arm.nominal.own;
@@ -176,7 +177,7 @@ inline OffsetPosture forward(const OffsetChain& arm, const double* q) noexcept {
     return {tool_pose(arm, q), free <= -pi ? pi : free, index(offset_branch(arm.nominal, theta))};
 }
 
-/// The geometric Jacobian of the true chain.
+/// The geometric Jacobian of the true chain, as that of an arm with an offset (offset_posture.hpp).
 inline Jacobian jacobian(const OffsetChain& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);
