@@ -168,13 +168,13 @@ Nearest answer(const OffsetChain& arm, const KeptOff& kept, const Pose<double>& 
                double) noexcept {
     return solved(arm, kept, pose, o);
 }
-/// The nearest solution of each branch and arc within the scene.
+/// Writes the nearest solution of each branch and arc within the scene to `out`.
 template <free_joint_arm A>
 void nearest_postures(const A& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
                       Nearests& out) noexcept {
     armangle::nearest_postures(arm, pose, o, out, kept.scene);
 }
-/// The nearest solution of each branch and arc within margin and scene.
+/// Writes the nearest solution of each branch and arc within margin and scene to `out`.
 void nearest_postures(const ChainArm& arm, const KeptOff& kept, const Pose<double>& pose,
                       const NearestOptions& o, Nearests& out) noexcept {
     armangle::nearest_postures(arm, kept.margin, pose, o, out, kept.scene);

@@ -24,8 +24,8 @@ inline void put_column(Jacobian& to, int joint, const Vec3<double>& axis,
     for (int k = 0; k < 6; ++k) to.entry[k][joint] = column[k];
 }
 
-/// The Jacobian of an arm whose joint i rotates around the z axis of frame i, with its end effector behind
-/// frame 7: of frames in the user's frame, and the signs and the tool of `rows`.
+/// The Jacobian of an arm whose joint i (0..6) rotates around the z axis of frame[i], with its end effector
+/// behind frame[7]: of frames in the user's frame, and the signs and the tool of `rows`.
 inline Jacobian jacobian_of(const Arm& rows, const Pose<double> (&frame)[joints + 1]) noexcept {
     const Vec3<double> tip = (frame[joints] * rows.tool).position;
     Jacobian out;

@@ -70,7 +70,7 @@ struct LaneInput {
 };
 
 /// Loads into `in` the value that each joint should be near: the seed, or the middle of the range. Marks a
-/// lane as bad if its seed is not finite or far outside the limits.
+/// lane as bad if its seed is not finite or more than 2 pi outside the limits.
 inline void load_seed(const Arm& arm, const InverseBatch& b, const std::size_t* at, LaneInput& in) noexcept {
     for (int j = 0; j < joints; ++j) {
         in.near[j] = Batch(arm.joint_middle[j]);

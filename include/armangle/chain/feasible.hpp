@@ -149,7 +149,7 @@ private:
         Stretch stretch[Capacity];
     };
 
-    /// An end to be computed in a hull: where joint j has the angle theta.
+    /// An end to be computed in a hull: where joint j (0..6, `joint`) has the angle theta.
     struct End {
         int of, joint;
         double theta;
@@ -296,8 +296,8 @@ private:
         }
     }
 
-    /// An end to be computed in a section: where joint j has the angle theta (or theta + pi); f is the
-    /// function of its limit.
+    /// An end to be computed in a section: where joint j (0..6, `joint`) has the angle theta (or theta + pi);
+    /// f is the function of its limit.
     struct Crossing {
         int of, joint;
         double theta;
@@ -307,7 +307,7 @@ private:
     };
 
     /// Appends the undecided functions of a joint's range in a section, at most two, to `out` and counts them
-    /// in `count`; false if their ends cannot be computed so.
+    /// in `count`; false for joint 4, whose ends are not computed this way.
     static bool crossings_of(const ThetaRanges::One& range, const Condition& c, bool low, bool high,
                              double side, int of, Crossing* out, int& count) noexcept {
         if (range.joint == 3) return false;

@@ -232,8 +232,8 @@ ARMANGLE_INLINE ColumnRest<T> column_rest(const ChainArm& arm, const HullCentre<
     return out;
 }
 
-/// Computes in G[i][k] by how much a Newton step moves joint i, at most, for each radian that joint k is off
-/// within the box.
+/// Computes in G[i][k] by how much a Newton step moves joint i (0..6), at most, for each radian that joint k
+/// is off within the box.
 template <class T>
 ARMANGLE_INLINE void contraction(const ChainArm& arm, const HullCentre<T>& at, const T& half,
                                  const T (&radius)[joints], T (&G)[joints][joints]) noexcept {

@@ -101,7 +101,8 @@ ARMANGLE_INLINE T taxi_length(const Vec3<T>& v) noexcept {
     return abs(v.x) + abs(v.y) + abs(v.z);
 }
 
-/// The distance of a pose from the identity: translation (m) over `size` plus rotation angle (rad).
+/// A measure of how far a pose is from the identity: the absolute coordinates of its translation (m) over
+/// `size`, plus those of its rotation vector (rad, for small rotations).
 template <class T>
 ARMANGLE_INLINE T remainder(const Pose<T>& p, double size) noexcept {
     const Mat3<T>& r = p.rotation;

@@ -259,7 +259,8 @@ private:
             done = turns.full();
         }
 
-        /// The share of the circle (0 to 255) that the added rotations cover; 0 if no branch solves the pose.
+        /// The share of the circle (0 to 255) that the added rotations cover; 0 if no branch solves the pose
+        /// (`held` is false).
         std::uint8_t of_circle(bool held) noexcept {
             if (!held) return 0;
             if (done) return 255;

@@ -190,7 +190,8 @@ private:
         add(arm_.limits, joint, 1.0, theta, theta);
     }
 
-    /// Adds the rotation at which a solution that the arcs miss solves the pose, if one is found.
+    /// Adds the rotation at which a solution that the arcs miss solves the pose if the turned joint may have
+    /// any value, if a search finds one.
     [[gnu::noinline, gnu::cold]] void add_hidden_elsewhere(const Pose<double>& pose) noexcept {
         ArmParameters p = arm_;
         p.limits.lower[pivot_joint[end_]] = -infinity;

@@ -157,7 +157,8 @@ private:
         to.q.store(q);
         return !blocked_ && is_clear(family_.arm(), *scene_, q) ? Status::OK : Status::CLEARANCE;
     }
-    /// Does the same with the largest permitted joint step.
+    /// Writes the joints of a branch at value lambda of the redundant number to `to`, as the function above
+    /// does if no joint may move farther than the largest permitted joint step.
     Status joints_at(int gc, double lambda, Lifted& to) const noexcept {
         return joints_at(gc, lambda, to, longest_);
     }

@@ -20,7 +20,7 @@ namespace armangle {
 ///   arcs(pose, gc, limits, out)    the values at which all joints keep these limits
 ///   meetings()                     where branches meet that differ in bit 0, 1 or 2 of their index
 ///   hinges()                       joints whose neighbours turn about one axis where their angle is 0 or pi
-///   towards(pose, gc, towards)     the value that a wish for the elbow means; NaN if all are equally good
+///   towards(pose, gc, towards)     the value that serves a target of the elbow best; NaN if all are equal
 ///   turned_by(roll)                what the number grows by in the same postures where a pose with a free
 ///                                  roll is turned by `roll` about its own z axis
 ///   nearest(pose, options, scene)  the solution nearest to given joints

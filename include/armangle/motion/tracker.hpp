@@ -328,8 +328,8 @@ private:
         return true;
     }
 
-    /// Sets velocity (rad/s) and acceleration of joint j after a cycle. With bounded jerk a violation of the
-    /// box by rounding is corrected: the rounding of a position, divided by dt^2, could make a stop
+    /// Sets velocity (rad/s) and acceleration of joint j (0..6) after a cycle. With bounded jerk a violation
+    /// of the box by rounding is corrected: the rounding of a position, divided by dt^2, could make a stop
     /// impossible.
     void go_on(const Tick& t, int j, double v) noexcept {
         const double wanted = min(max(v, t.lower[j]), t.upper[j]);

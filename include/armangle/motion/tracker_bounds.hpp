@@ -232,8 +232,8 @@ protected:
         return out;
     }
 
-    /// Lowers the factor k of a velocity k way so that joint j, `way` (rad > 0) from its goal, can still
-    /// stop: v^2 <= 2 hard way (hard: rad/s^2) and, if its jerk is at most J, v^3 <= braking J way^2.
+    /// Lowers the factor k of a velocity k way so that joint j (0..6), `way` (rad > 0) from its goal, can
+    /// still stop: v^2 <= 2 hard way (hard: rad/s^2) and, if its jerk is at most J, v^3 <= braking J way^2.
     void brake(Pace& out, int j, double way, double hard) const noexcept {
         out.at_most(sqrt(2.0 * hard / way), 0.5);
         if (bound_[j].has_jerk())

@@ -20,7 +20,7 @@
 
 namespace armangle {
 
-/// The pose of the end effector at joint values, for any scalar.
+/// The pose of the end effector at joint values q, in the frame that poses are given in, for any scalar.
 template <class T>
 Pose<T> tool_pose(const OffsetArm& arm, const T* q) noexcept {
     SinCos<T> angle[joints];

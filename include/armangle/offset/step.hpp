@@ -51,8 +51,8 @@ public:
                  {robot_joint(formulas, 3), formulas.rest.delta_angle},
                  {robot_joint(formulas, 4), -half_pi}}};
     }
-    /// The joints whose neighbours would sweep where they are 0 or pi: none, since steps of these arms treat
-    /// no such joint.
+    /// The joints whose neighbours rotate about one axis where they are 0 or pi: none, since steps of these
+    /// arms treat no such joint.
     std::span<const int> hinges() const noexcept { return {}; }
     /// The value of the free joint (rad) that brings the elbow nearest to its target; NaN if none is best.
     double towards(const Pose<double>& pose, int gc, const Towards& towards) const noexcept {

@@ -536,7 +536,8 @@ private:
         return max(way(link, rod.begin, 0.0), way(link, rod.end, 0.0));
     }
 
-    /// Whether a solid is farther than `far` (m) beyond the clearance from a ball.
+    /// Whether a solid is surely farther than `far` (m) beyond the clearance from a ball; always false for a
+    /// half-space.
     bool away(const Ball& bound, const Solid& solid, double far) const noexcept {
         if (solid.kind == SolidKind::half_space) return false;
         const Ball other = around(solid);
