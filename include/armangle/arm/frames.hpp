@@ -97,8 +97,8 @@ inline Pose<double> tool_pose(const Arm& arm, const double* q) noexcept {
     return user_pose(arm, chain(arm, q).flange);
 }
 
-/// The DH frames 0..7 at joint values q, in the frame that poses are given in: base 0Ti. The last one is the
-/// flange, without the tool.
+/// Writes the DH frames 0..7 at joint values q to `out`, in the frame that poses are given in: base 0Ti. The
+/// last one is the flange, without the tool.
 inline void frames(const Arm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
     double theta[joint_slots];
     detail::walk(arm, joint_lanes(q), theta,

@@ -56,8 +56,8 @@ inline double limit_margin(const Limits& limits, const double* q) noexcept {
     return limit_margin(limits, joint_lanes(q));
 }
 
-/// The gradient of limit_margin with respect to the joints: +1 or -1 at the joint whose limit is nearest, 0
-/// elsewhere and without limits. NaN if a joint is NaN.
+/// Writes the gradient of limit_margin with respect to the joints to `out`: +1 or -1 at the joint whose limit
+/// is nearest, 0 elsewhere and without limits. NaN if a joint is NaN.
 inline void limit_margin_gradient(const Limits& limits, const double* q, double (&out)[joints]) noexcept {
     const double least = limit_margin(limits, q);
     int nearest = -1;

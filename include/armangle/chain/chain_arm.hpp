@@ -47,7 +47,7 @@ inline Pose<double> along_z(double shift) noexcept {
     return out;
 }
 
-/// The fixed transforms H_0 ... H_7 of the nominal arm, between its joints.
+/// Writes the fixed transforms H_0 ... H_7 of the nominal arm, between its joints, to `out`.
 inline void nominal_links(const Arm& arm, Pose<double> (&out)[joints + 1]) noexcept {
     const Pose<double> origin = identity_pose();
     out[0] = arm.base;

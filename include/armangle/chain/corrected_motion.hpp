@@ -265,8 +265,8 @@ public:
         return out;
     }
 
-    /// The bounds of the joints over |psi - middle| <= half (rad), with directions `towards` (of any length)
-    /// instead of theta.
+    /// Writes the bounds of the joints over |psi - middle| <= half (rad) to `out`, but their directions (of
+    /// any length) to `towards` instead of theta.
     ARMANGLE_INLINE void reaches(const T& middle, const T& half, Coarse<T>& out,
                                  SinCos<T> (&towards)[joints]) const noexcept {
         const SinCos<T> at = sin_cos(middle);

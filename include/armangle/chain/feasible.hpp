@@ -793,8 +793,8 @@ private:
 
 }  // namespace detail
 
-/// The values of psi at which branch gc of the true chain reaches a pose within the limits and the
-/// singularity margin (rad); of one joint's limits alone if `joint` (0..6) is given.
+/// Writes to `out` the values of psi at which branch gc of the true chain reaches a pose within the limits
+/// and the singularity margin (rad); of one joint's limits alone if `joint` (0..6) is given.
 inline void feasible(const ChainArm& arm, const Pose<double>& pose, int gc, const Limits& limits,
                      double margin, ProvenArcs& out, int joint = -1) noexcept {
     make_empty(out.arcs);

@@ -35,13 +35,13 @@ ARMANGLE_INLINE Pose<T> tip(const ChainArm& arm, const SinCos<T>* angle) noexcep
     return out;
 }
 
-/// The sines and cosines of seven angles (rad).
+/// Writes the sines and cosines of seven angles (rad) to `out`.
 inline void sin_cos_all(const double* theta, SinCos<double> (&out)[joints]) noexcept {
     const SinCos<JointLanes> both = sin_cos(joint_lanes(theta));
     for (int j = 0; j < joints; ++j) out[j] = {both.sin[j], both.cos[j]};
 }
 
-/// The model angles theta (rad) of seven joint values.
+/// Writes the model angles theta (rad) of seven joint values to `theta`.
 inline void theta_of(const Arm& arm, const double* q, double (&theta)[joints]) noexcept {
     for (int j = 0; j < joints; ++j) theta[j] = to_theta(arm, j, q[j]);
 }
@@ -55,8 +55,8 @@ ARMANGLE_INLINE Vec3<T> elbow_axis(const SinCos<T>* a) noexcept {
 
 }  // namespace detail
 
-/// The true frames 0..7 at joint values q, in the frame that poses are given in: joint i rotates about the z
-/// axis of frame i - 1, and frame 7 times the tool is the pose.
+/// Writes the true frames 0..7 at joint values q to `out`, in the frame that poses are given in: joint i
+/// rotates about the z axis of frame i - 1, and frame 7 times the tool is the pose.
 inline void frames(const ChainArm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
     double theta[joints];
     SinCos<double> angle[joints];

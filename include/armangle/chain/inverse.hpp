@@ -255,7 +255,7 @@ private:
     const Row* c_;
 };
 
-/// The joint step (rad) of Newton's method for the seven equations.
+/// Writes the joint step (rad) of Newton's method for the seven equations to `step`.
 template <class T>
 ARMANGLE_INLINE void newton_step(const SevenEquations<T>& f, T (&step)[joints]) noexcept {
     Reduced<T>(f).solve(f.left, step);

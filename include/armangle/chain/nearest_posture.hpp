@@ -88,7 +88,7 @@ public:
         return out;
     }
 
-    /// The nearest posture of each permitted branch and proven arc.
+    /// Writes the nearest posture of each permitted branch and proven arc to `out`.
     void all(Nearests& out) noexcept {
         out.count = 0;
         for (int gc = 0; gc < configurations; ++gc) {
@@ -745,7 +745,7 @@ inline Nearest nearest_posture(const ChainArm& arm, double margin, const Pose<do
     return detail::ProvenSearch(arm, margin, pose, options, scene).best();
 }
 
-/// The nearest posture of each permitted branch and proven arc, by rising cost.
+/// Writes the nearest posture of each permitted branch and proven arc to `out`, by rising cost.
 inline void nearest_postures(const ChainArm& arm, double margin, const Pose<double>& pose,
                              const NearestOptions& options, Nearests& out,
                              const Scene* scene = nullptr) noexcept {

@@ -51,7 +51,7 @@ public:
         d.x[joints] = 1.0;
         return status;
     }
-    /// The proven arcs of a pose in branch gc.
+    /// Writes the proven arcs of a pose in branch gc within limits to `out`.
     void arcs(const Pose<double>& pose, int gc, const Limits& limits, ProvenArcs& out) const noexcept {
         feasible(*arm_, pose, gc, limits, margin_, out);
     }

@@ -210,8 +210,8 @@ inline Derivatives inverse_derivative(const Arm& arm, const Pose<double>& pose, 
     return out;
 }
 
-/// The gradient dpsi/dq at joints q (rad/rad), for the arm's own psi; infinite if psi does not exist or jumps
-/// there.
+/// Writes the gradient dpsi/dq at joints q (rad/rad) to `out`, for the arm's own psi; infinite if psi does
+/// not exist or jumps there.
 inline void psi_gradient(const Arm& arm, const double* q, double (&out)[joints]) noexcept {
     const Jacobian jac = jacobian(arm, q);
     double theta[joint_slots], column[6][joint_slots] = {}, axis[3][joint_slots] = {};

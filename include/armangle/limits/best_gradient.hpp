@@ -107,11 +107,12 @@ inline Deciding deciding(const Arm& arm, const double* q, const Derivatives& d) 
 
 }  // namespace detail
 
-/// The gradient, by the twist (v, omega) of the pose (rad/m, rad/rad), of the margin of the best solution
-/// from nearest_posture() with Metric::margin. If several branches, arm angles or pairs of joints are equally
-/// good, the gradient is that of the given solution. It is NaN if there is no solution or a deciding joint
-/// has no derivative. It is also NaN if theta_2 or theta_6 is 0 or pi, unless joint 4 alone decides: two
-/// joints share a turn only there, so the margin jumps or has no slope. Otherwise it is 0 without limits.
+/// Writes to `out` the gradient, by the twist (v, omega) of the pose (rad/m, rad/rad), of the margin of the
+/// best solution from nearest_posture() with Metric::margin. If several branches, arm angles or pairs of
+/// joints are equally good, the gradient is that of the given solution. It is NaN if there is no solution or
+/// a deciding joint has no derivative. It is also NaN if theta_2 or theta_6 is 0 or pi, unless joint 4 alone
+/// decides: two joints share a turn only there, so the margin jumps or has no slope. Otherwise it is 0
+/// without limits.
 inline void best_gradient(const Arm& arm, const Pose<double>& pose, const Nearest& best,
                           double (&out)[6]) noexcept {
     for (double& slope : out) slope = not_a_number;

@@ -47,9 +47,9 @@ void end_slopes(const AnyArm& arm, const Pose<double>& pose, int gc, const ArcSe
         }
 }
 
-/// The gradient of the total of freedom() with respect to the twist (v, omega) of the pose: derivatives of
-/// upper ends minus those of lower ends. NaN if an end does not move smoothly; 0 without arcs, or with whole
-/// circles alone.
+/// Writes to `out` the gradient of the total of freedom() with respect to the twist (v, omega) of the pose:
+/// derivatives of upper ends minus those of lower ends. NaN if an end does not move smoothly; 0 without arcs,
+/// or with whole circles alone.
 inline void freedom_gradient(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
                              double (&out)[6]) noexcept {
     for (double& slope : out) slope = 0;

@@ -35,7 +35,7 @@ public:
         return proven(out);
     }
 
-    /// The nearest solution of each branch and arc.
+    /// Writes the nearest solution of each branch and arc to `out`.
     void all(Nearests& out) noexcept {
         place_boxes();
         for (int elbow = 0; elbow < 2; ++elbow) {
@@ -479,7 +479,8 @@ inline Nearest some_posture(const Arm& arm, const LimitTable& limits, const Pose
     return detail::NearestSearch(arm, limits, pose, options, rounds).some();
 }
 
-/// The nearest solution of each branch and arc: first that of nearest_posture(), then by rising cost.
+/// Writes the nearest solution of each branch and arc to `out`: first that of nearest_posture(), then by
+/// rising cost.
 inline void nearest_postures(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                              const NearestOptions& options, Nearests& out) noexcept {
     int rounds = nearest_tuning::local_rounds;

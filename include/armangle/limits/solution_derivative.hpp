@@ -27,8 +27,8 @@ struct SolutionDerivative {
     double entry[joints][columns];
 };
 
-/// The derivatives of dq_j/dpsi for each joint with respect to the twist and to psi, in the seven columns of
-/// Derivatives.
+/// Writes the derivatives of dq_j/dpsi for each joint with respect to the twist and to psi to `out`, in the
+/// seven columns of Derivatives.
 inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                               double (&out)[joints][joints]) noexcept {
     const auto variable = [](int k) {

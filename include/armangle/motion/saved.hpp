@@ -23,14 +23,15 @@ public:
     /// Calls `one` for each number of the values that it is given.
     explicit EachNumber(const One& one) noexcept : one_(one) {}
 
+    /// Saves or restores a number.
     void operator()(double& x) { one_(x); }
-    /// A truth value, as 1 or 0.
+    /// Saves or restores a truth value, as 1 or 0.
     void operator()(bool& x) {
         double value = x ? 1.0 : 0.0;
         one_(value);
         x = value == 1.0;
     }
-    /// Any integer.
+    /// Saves or restores any integer.
     void operator()(int& x) { within(x, -largest, largest); }
     /// Saves or restores an integer; a restored value outside [least, most] leaves x unchanged.
     void within(int& x, int least, int most) {
@@ -38,16 +39,21 @@ public:
         one_(value);
         if (value >= least && value <= most) x = static_cast<int>(value);
     }
+    /// Saves or restores an unsigned integer; a restored value that is none leaves x unchanged.
     void operator()(std::uint32_t& x) {
         double value = x;
         one_(value);
         if (value >= 0 && value <= UINT32_MAX) x = static_cast<std::uint32_t>(value);
     }
+    /// Saves or restores the coordinates of a vector.
     void operator()(Vec3<double>& v) { all(v.x, v.y, v.z); }
+    /// Saves or restores a pose: position, then the three axes.
     void operator()(Pose<double>& p) { all(p.position, p.rotation.x, p.rotation.y, p.rotation.z); }
+    /// Saves or restores a twist: linear, then angular velocity.
     void operator()(Twist& t) { all(t.linear, t.angular); }
+    /// Saves or restores joint values.
     void operator()(Joints& q) { (*this)(q.q); }
-    /// A target of the elbow; an unknown kind is restored as a psi.
+    /// Saves or restores a target of the elbow; an unknown kind is restored as a psi.
     void operator()(Towards& hint) {
         int wish = static_cast<int>(hint.wish);
         all(wish, hint.psi, hint.target);

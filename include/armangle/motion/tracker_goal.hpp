@@ -292,7 +292,7 @@ protected:
         return true;
     }
 
-    /// A factor from 1 down to 0 towards theta_2 and theta_6 = 0, where psi is not influenced.
+    /// A factor that falls from 1 to 0 as theta_2 or theta_6 comes near 0 or pi, where psi is left as it is.
     static double regular(const Tick& t) noexcept {
         const double sine = min(abs(sin_cos(t.now.theta[1]).sin), abs(sin_cos(t.now.theta[5]).sin));
         const double share = min(sine / tracker_tuning::irregular, 1.0);

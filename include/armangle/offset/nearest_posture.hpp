@@ -83,7 +83,7 @@ public:
         return in_robot_order(best_);
     }
 
-    /// The best posture of each branch and arc, the best of all first.
+    /// Writes the best posture of each branch and arc to `out`, the best of all first.
     void all_of(Nearests& out) noexcept {
         const Nearest first = best();
         out.count = 0;

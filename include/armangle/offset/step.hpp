@@ -40,7 +40,8 @@ public:
               Directions<double>& d) const noexcept {
         return directions(*arm_, pose, free, gc, seed, d);
     }
-    /// The proven arcs of the free joint at a pose in branch gc.
+    /// Writes the proven arcs of the free joint at a pose in branch gc within limits, in the robot's order of
+    /// joints, to `out`.
     void arcs(const Pose<double>& pose, int gc, const Limits& limits, ProvenArcs& out) const noexcept {
         feasible(*arm_, pose, gc, limits, out);
     }

@@ -129,8 +129,8 @@ struct Surroundings {
         }
     }
 
-    /// The squared distances along one axis, in spacings, from coordinate p to the four nodes; `per`: 1 /
-    /// spacing.
+    /// Writes the squared distances along one axis, in spacings, from coordinate p to the four nodes to
+    /// `out`; `per`: 1 / spacing.
     void squares(double p, int axis, double per, double (&out)[4]) const noexcept {
         for (int k = 0; k < 4; ++k) {
             const double way = p * per - node[axis][k];

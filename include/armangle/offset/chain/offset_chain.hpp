@@ -43,7 +43,7 @@ inline const OffsetArm& nominal_offset(const OffsetChain& arm) noexcept { return
 
 namespace detail {
 
-/// The fixed transforms H_0 ... H_7 of the nominal arm, with the offset a_1 or a_6 (m).
+/// Writes the fixed transforms H_0 ... H_7 of the nominal arm, with the offset a_1 or a_6 (m), to `out`.
 inline void nominal_links(const Arm& rows, double a_1, double a_6, Pose<double> (&out)[joints + 1]) noexcept {
     nominal_links(rows, out);
     out[1].position = out[1].position + out[1].rotation.x * a_1;
@@ -144,8 +144,8 @@ inline Pose<double> flange_pose(const OffsetChain& arm, const Pose<double>& pose
     return arm.first * flange_pose(arm.nominal, pose) * arm.last;
 }
 
-/// The true frames 0..7 at joint values q, in the frame that poses are given in: joint i rotates about the z
-/// axis of frame i - 1, and frame 7 times the tool is the pose.
+/// Writes the true frames 0..7 at joint values q to `out`, in the frame that poses are given in: joint i
+/// rotates about the z axis of frame i - 1, and frame 7 times the tool is the pose.
 inline void frames(const OffsetChain& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
     const Arm& own = arm.nominal.own;
     Pose<double> frame = arm.link[0];
