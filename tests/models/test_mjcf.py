@@ -14,7 +14,7 @@ from support.chains import mjcf_candidates, read_mjcf
 from support.needs import need
 from support.refused import not_refused
 
-from armangle.errors import MissingExtraError, ModelError
+from armangle.errors import ModelError
 from armangle.models.detect import describe_chain
 
 EXACT = 1e-9
@@ -311,10 +311,3 @@ def test_arms_that_are_attached_are_read(mujoco, tmp_path):
         found = read_mjcf(path, "world", f"{side}_tip").forward(q)
         np.testing.assert_allclose(found[:3, 3], own.xpos, rtol=0, atol=EXACT)
         np.testing.assert_allclose(found[:3, :3], own.xmat.reshape(3, 3), rtol=0, atol=EXACT)
-
-
-def test_without_mujoco_the_extra_is_named(monkeypatch):
-    """`read_mjcf` without mujoco raises, and names the extra to install."""
-    monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'armangle\[mujoco\]'"):
-        read_mjcf("<mujoco/>")

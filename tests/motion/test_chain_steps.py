@@ -22,25 +22,6 @@ def nudged(pose: np.ndarray, rng: np.random.Generator, size: float = 1e-3) -> np
     return aa.pose(size * rng.normal(size=3)) @ pose @ aa.pose([0, 0, 0], rotvec=size * rng.normal(size=3))
 
 
-@EVERY
-def test_a_step_meets_the_true_pose_or_says_why_not(arm: aa.Arm) -> None:
-    """A step of a calibrated arm that is OK meets pose, branch and limits; any other keeps the joints."""
-    rng = generator(41)
-    taken = 0
-    for i, q in enumerate(postures(arm, 12, 42)):
-        pose = nudged(arm.forward(q)[0], rng)
-        now = aa.step(arm, q, pose, policy=POLICIES[i % 4])
-        if now.status != aa.Status.OK:
-            assert now.q.tolist() == q.tolist()
-            continue
-        taken += 1
-        at, psi, gc = arm.forward(now.q)
-        assert gap(at, pose) <= POSE and gc == now.gc == arm.forward(q)[2]
-        assert circle_gap(psi, now.psi) <= 1e-10
-        assert arm.limit_margin(now.q) >= -1e-9 and np.abs(now.q - q).max() <= 0.2
-    assert taken >= 5
-
-
 def test_a_path_that_leaves_the_reach_says_so_where_branches_meet_first() -> None:
     """`follow` of a calibrated arm out of reach ends with NEAR_SINGULAR, and `explain` names the edge of
     reach.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import socket
-import sys
 from typing import Any
 
 import numpy as np
@@ -16,12 +15,6 @@ from armangle.viewer import Viewer, ViewerState
 from armangle.viewer.controls import CENTRE, HOLD, REPEL, TOWARDS, TRACK
 
 from .conftest import PAPER_ARM, PAPER_POSES, PAPER_Q, Served, paper
-
-
-def test_without_viser_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`Viewer` without viser says what to install."""
-    monkeypatch.setitem(sys.modules, "viser", None)
-    refused(aa.MissingExtraError, r"pip install 'armangle\[view\]'", lambda: Viewer(paper()))
 
 
 def test_a_busy_port_is_refused_by_its_number() -> None:
