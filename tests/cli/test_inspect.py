@@ -244,6 +244,7 @@ def test_a_tool_is_mounted_on_the_tip(name: str, words: str, tool: Any, cli: Cli
 # -- the collision model ---------------------------------------------------------------------------------
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("arm", [ARM, calibrated("kuka_iiwa7_r800", 1.0, 1.0)])
 def test_a_collision_model_is_shown_and_written(arm: aa.Arm, cli: Cli) -> None:
     """`armangle inspect --body` shows and writes the model of `Body.from_urdf`, which `ik` takes."""

@@ -58,6 +58,7 @@ def test_an_unknown_ending_is_refused(cli: Cli) -> None:
     assert ran.status == 2 and "unknown ending, wanted one of .png, .svg, .pdf" in ran.text
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("on_fail", ["skip", "stop"])
 def test_rows_that_are_not_solved_are_gaps_in_the_picture(

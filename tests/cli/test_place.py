@@ -21,6 +21,7 @@ def grasps(cli: Cli) -> np.ndarray:
     return aa.io.load_poses("grasps.csv")
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("robot", ["openarm_v10", "franka_fr3"])
 def test_the_best_bases_are_listed(robot: str, grasps: np.ndarray, cli: Cli) -> None:
     """`armangle place` gives the bases, yaws and missed poses of `place`."""

@@ -138,7 +138,7 @@ def test_derivatives_go_through_solve(prefer: str, name: str) -> None:
     assert np.allclose(single, aa.gradients.solve(arm, pose, seed)[..., 6:], rtol=0, atol=1e-3)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_all_ways_to_a_derivative_agree(name: str) -> None:

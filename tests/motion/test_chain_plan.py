@@ -95,7 +95,7 @@ def test_start_goal_margins_and_wishes_are_of_the_true_joints() -> None:
     assert near.certified and away < plain - 0.02
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize(("mm", "mrad"), [(0.5, 0.5), (2.0, 2.0), (4.0, 5.0)])
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: float, end: str) -> None:
@@ -130,6 +130,7 @@ def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: flo
     assert kept >= 24 and moved >= 2
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10"])
 def test_a_start_on_a_limit_is_within_the_limits(name: str) -> None:
     """A plan of a calibrated arm may start on a limit, though its nominal arm is beyond it there."""

@@ -45,6 +45,7 @@ def test_what_a_dense_search_can_follow_is_planned_and_proven(name: str) -> None
     assert all(path.ok and path.certified and not len(path.uncertified) for path in paths)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_what_is_certified_holds_between_the_rows(name: str) -> None:
     """Between the rows, a certified plan has pose, limits, gc and psi."""

@@ -47,7 +47,7 @@ def test_lines_in_the_plane_that_is_not_blocked(home: np.ndarray, length: float)
             np.testing.assert_allclose(at_end, slope, atol=1e-4)
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("home", HOMES, ids=["home", "turned", "further"])
 @pytest.mark.parametrize("end", ["start", "goal"])

@@ -140,7 +140,7 @@ FROM_HOME: list[tuple[aa.Arm, np.ndarray, float]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.turns(5)
+@pytest.mark.turns(10)
 @pytest.mark.slow
 @pytest.mark.parametrize(("arm", "home", "tilt"), FROM_HOME)
 def test_every_line_from_a_home_posture(arm: aa.Arm, home: np.ndarray, tilt: float) -> None:

@@ -22,7 +22,7 @@ JERKS = (20.0, 300.0, 5000.0)
 TICKS = 60_000 if draw.COUNT else 4_000
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @pytest.mark.parametrize("jerk", [None, *JERKS])
 @pytest.mark.parametrize("irregular", [False, True])
 @pytest.mark.parametrize("name", ARMS)

@@ -63,7 +63,7 @@ def posed(arm: aa.Arm, rng: np.random.Generator, gc: int) -> tuple[Any, int]:
     return arm.forward(rng.uniform(*span))[0], gc
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(3)
 @pytest.mark.slow
 @pytest.mark.core
 @pytest.mark.parametrize("body", BODIES)

@@ -123,7 +123,7 @@ HOMES: dict[str, Any] = {
 }
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize("name", HOMES)
 @pytest.mark.parametrize("count", [10, 60, 300])
 @pytest.mark.parametrize("shift", [(0.0, 0.2, 0.05), (-0.1, -0.2, 0.05), (0.1, 0.0, 0.1)], ids=str)
