@@ -30,6 +30,11 @@ _MOST_PER_BYTE = 1032  # deflate: 258 bytes for 2 bits
 _SPECIAL = {None: np.nan, "inf": np.inf, "-inf": -np.inf}
 
 
+def refuse(path: PathLike, message: str, line: int | None = None) -> NoReturn:
+    """Raise the error of a file."""
+    raise ModelError(message, source=str(path), line=line)
+
+
 def read_blocks(path: PathLike) -> dict[str, NDArray[Any]]:
     """Return the blocks of an NPZ or JSON file, unchecked.
 
@@ -50,16 +55,16 @@ def number_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str, 
         If it is missing, holds anything but real numbers, or has another shape.
     """
     if name not in blocks:
-        _fail(path, f"missing {name!r}; the file has {', '.join(map(repr, blocks)) or 'nothing'}")
+        refuse(path, f"missing {name!r}; the file has {', '.join(map(repr, blocks)) or 'nothing'}")
     wanted = f"wanted numbers of shape {f'(N, {width})' if width else '(N,)'}"
     block = blocks[name]
     if block.dtype.kind not in _NUMBERS:  # complex numbers, times and words would be cast silently
-        _fail(path, f"{name} is not an array of numbers but of {block.dtype}, {wanted}")
+        refuse(path, f"{name} is not an array of numbers but of {block.dtype}, {wanted}")
     array = block.astype(np.float64)
     if width and array.size == 0:
         array = array.reshape(0, width)
     if array.ndim != (2 if width else 1) or (width and array.shape[1] != width):
-        _fail(path, f"{name} has shape {array.shape}, {wanted}")
+        refuse(path, f"{name} has shape {array.shape}, {wanted}")
     return array
 
 
@@ -73,20 +78,20 @@ def word_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str) ->
     """
     block = blocks[name]
     if block.ndim != 1 or (block.size and block.dtype.kind != _WORDS):
-        _fail(path, f"{name} is not a row of words but of {block.dtype}, shape {block.shape}")
+        refuse(path, f"{name} is not a row of words but of {block.dtype}, shape {block.shape}")
     try:
         return [str(word) for word in block]
     except (ValueError, SystemError) as error:  # numbers that are not characters: numpy leaves them to Python
-        _fail(path, f"{name} is not a row of words: {error}")
+        refuse(path, f"{name} is not a row of words: {error}")
 
 
 def _read_npz(path: PathLike) -> dict[str, NDArray[Any]]:
     """Return the arrays of an NPZ file by name; raise if it is not one."""
-    with _opening.open_file(path, _opening.NUMBERS, partial(_fail, path)) as file:
+    with _opening.open_file(path, _opening.NUMBERS, partial(refuse, path)) as file:
         try:
             return members_of(file)
         except Exception as error:  # invalid data makes zipfile, zlib and numpy raise almost anything
-            _fail(path, f"not NPZ: {error or type(error).__name__}")
+            refuse(path, f"not NPZ: {error or type(error).__name__}")
 
 
 def members_of(file: BinaryIO) -> dict[str, NDArray[Any]]:
@@ -126,7 +131,7 @@ def array_of(data: bytes, name: str) -> NDArray[Any]:
 
 def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
     """Return the lists of a JSON file as arrays by name; raise if it is no table."""
-    text = _opening.text_of(path, _opening.TEXT, partial(_fail, path))
+    text = _opening.text_of(path, _opening.TEXT, partial(refuse, path))
     try:
         table = json.loads(text)
     except json.JSONDecodeError as error:
@@ -134,11 +139,11 @@ def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
             f"not JSON: {error.msg}", source=str(path), line=error.lineno, column=error.colno
         ) from None
     except RecursionError:
-        _fail(path, "nested too deeply, wanted an object of named columns")
+        refuse(path, "nested too deeply, wanted an object of named columns")
     except ValueError:  # more digits than Python reads
-        _fail(path, "holds a whole number that is too long")
+        refuse(path, "holds a whole number that is too long")
     if not isinstance(table, dict):
-        _fail(path, f"holds a {type(table).__name__}, wanted an object of named columns")
+        refuse(path, f"holds a {type(table).__name__}, wanted an object of named columns")
     return {str(name): _column(value, path, str(name)) for name, value in table.items()}
 
 
@@ -147,11 +152,11 @@ def _column(value: Any, path: PathLike, name: str) -> NDArray[Any]:
     try:
         array = np.array(value, dtype=object)
     except (ValueError, RecursionError):
-        _fail(path, f"{name} is nested too deeply")
+        refuse(path, f"{name} is nested too deeply")
     cells = array.ravel().tolist()
     kinds = set(map(type, cells))
     if list in kinds:
-        _fail(path, f"holds a column whose rows are not of one length: {name}")
+        refuse(path, f"holds a column whose rows are not of one length: {name}")
     if kinds == {str} and not _SPECIAL.keys() >= set(cells):
         return array.astype(str)
     if kinds & {str, type(None)}:
@@ -161,9 +166,4 @@ def _column(value: Any, path: PathLike, name: str) -> NDArray[Any]:
     try:
         return np.array(cells, dtype=np.float64).reshape(array.shape)
     except OverflowError:
-        _fail(path, f"{name} holds a whole number that is too large")
-
-
-def _fail(path: PathLike, message: str) -> NoReturn:
-    """Raise the error of a file."""
-    raise ModelError(message, source=str(path))
+        refuse(path, f"{name} holds a whole number that is too large")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import zipfile
 from pathlib import Path
 from typing import Any, NoReturn
@@ -11,12 +10,10 @@ from typing import Any, NoReturn
 import numpy as np
 
 from .. import _opening
-from .._arrays import Floats
+from .._arrays import Floats, PathLike
 from ..errors import SceneError
 from ..scenes.shapes import Cloud
 from .archive_blocks import array_of, members_of
-
-PathLike = str | os.PathLike[str]
 
 _AXES = ("x", "y", "z")
 _PLY_TYPES = {

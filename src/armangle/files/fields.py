@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import NoReturn
 
+from .._arrays import PathLike
 from ..errors import ModelError, SceneError
 from ..scenes.shapes import Field
 from .archive_blocks import read_blocks
-
-PathLike = str | os.PathLike[str]
 
 _ARRAYS = ("distance", "origin", "spacing")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any, NoReturn, TypeVar
 import numpy as np
 
 from .. import _opening
-from .._arrays import Floats, number_in
+from .._arrays import Floats, PathLike, number_in
 from ..errors import ArmangleError, SceneError, Words
 from ..models.body import Body, as_shape
 from ..models.cover import Rod, cover_cylinder, cover_mesh, merged, open_edges
@@ -22,7 +21,6 @@ from ..scenes.shapes import Ball, Box, Capsule, HalfSpace, Hull, Shape
 from .clouds import load_cloud
 from .fields import load_field
 
-PathLike = str | os.PathLike[str]
 _Made = TypeVar("_Made")
 
 _KINDS: dict[str, tuple[Any, tuple[str, ...], tuple[str, ...]]] = {  # required keys, optional keys

@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from .. import _opening
 from .._arrays import JOINTS, Floats, PathLike
 from .._values import by_content, freeze
 from ..errors import ModelError
-from .archive_blocks import number_block, read_blocks
+from .archive_blocks import number_block, read_blocks, refuse
 from .csv_blocks import CsvFile, RowLines, open_text
 
 RATES = {name: tuple(f"{name}{i}" for i in range(1, JOINTS + 1)) for name in ("q", "qd", "qdd")}
@@ -113,7 +113,7 @@ def holds_trajectory(path: PathLike) -> bool:
     if Path(path).suffix.lower() in (".npz", ".json"):
         return {"t", "qd", "qdd"} <= read_blocks(path).keys()
     try:
-        with open_text(path, partial(_refuse, path)) as file:
+        with open_text(path, partial(refuse, path)) as file:
             header = next((row for row in csv.reader(RowLines(file)) if "".join(row).strip()), [])
     except (ModelError, OSError, UnicodeDecodeError, csv.Error):
         return False
@@ -144,10 +144,10 @@ def _from_blocks(path: PathLike) -> TrajectoryTable:
     q, qd, qdd = (number_block(blocks, path, name, JOINTS) for name in RATES)
     for name, column in {"s": s, "q": q, "qd": qd, "qdd": qdd}.items():
         if len(column) != len(t):
-            _refuse(path, f"{name} has {len(column)} rows and t has {len(t)}")
+            refuse(path, f"{name} has {len(column)} rows and t has {len(t)}")
     fault = _fault({"t": t, "q": q, "qd": qd, "qdd": qdd})
     if fault is not None:
-        _refuse(path, f"row {fault[0]}: {fault[1]}")
+        refuse(path, f"row {fault[0]}: {fault[1]}")
     return TrajectoryTable(t, s, q, qd, qdd)
 
 
@@ -155,7 +155,7 @@ def _from_message(path: PathLike) -> TrajectoryTable:
     """Return the trajectory of a YAML file of the form that `save` writes, read without a YAML library."""
     names: tuple[str, ...] = ()
     columns: dict[str, list[Any]] = {"t": [], "q": [], "qd": [], "qdd": []}
-    text = _opening.text_of(path, _opening.TEXT, partial(_refuse, path))
+    text = _opening.text_of(path, _opening.TEXT, partial(refuse, path))
     for number, line in enumerate(text.splitlines(), 1):
         key, _, value = line.removeprefix("- ").strip().partition(": ")
         if key == "joint_names":
@@ -165,15 +165,15 @@ def _from_message(path: PathLike) -> TrajectoryTable:
         elif key == "time_from_start":
             time = _TIME.fullmatch(value)
             if time is None:
-                _refuse(path, f"time_from_start is {value!r:.60}, wanted {{sec: .., nanosec: ..}}", number)
+                refuse(path, f"time_from_start is {value!r:.60}, wanted {{sec: .., nanosec: ..}}", number)
             columns["t"].append(int(time[1]) + int(time[2]) * _NANO)
     if len({len(column) for column in columns.values()}) != 1 or not names:
-        _refuse(path, "no JointTrajectory as armangle.io.save writes it")
+        refuse(path, "no JointTrajectory as armangle.io.save writes it")
     t = np.array(columns["t"], dtype=np.float64)
     q, qd, qdd = (np.array(columns[name], dtype=np.float64).reshape(-1, JOINTS) for name in RATES)
     fault = _fault({"t": t, "q": q, "qd": qd, "qdd": qdd})
     if fault is not None:
-        _refuse(path, f"point {fault[0]}: {fault[1]}")
+        refuse(path, f"point {fault[0]}: {fault[1]}")
     return TrajectoryTable(t, np.full(len(t), np.nan), q, qd, qdd, names)
 
 
@@ -185,7 +185,7 @@ def _list(path: PathLike, line: int, text: str, kind: type) -> list[Any]:
         found = None
     if not isinstance(found, list) or len(found) != JOINTS or not all(type(x) is kind for x in found):
         what = "words" if kind is str else "numbers"
-        _refuse(path, f"{text!r:.60} is no list of {JOINTS} {what}", line)
+        refuse(path, f"{text!r:.60} is no list of {JOINTS} {what}", line)
     return found
 
 
@@ -203,8 +203,3 @@ def _fault(columns: dict[str, Floats]) -> tuple[int, str] | None:
         row = int(np.argmax(back)) + 1
         return row, f"t is {t[row]:g} after {t[row - 1]:g}, wanted times that rise"
     return None
-
-
-def _refuse(path: PathLike, message: str, line: int | None = None) -> NoReturn:
-    """Raise the error of a file."""
-    raise ModelError(message, source=str(path), line=line)

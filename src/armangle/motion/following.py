@@ -22,13 +22,13 @@ from .joint_path import JointPath, blank_rows, even_parameters
 from .kinds import check_step
 from .options import (
     CARRIES,
+    UNBOUNDED,
     Bound,
     Carry,
     checked_options,
     core_policy,
     free_roll,
     hint_step,
-    no_bounds,
     outside_of,
     step_bounds,
     without_last,
@@ -158,7 +158,7 @@ def follow(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,
     )  # fmt: skip
-    bounds = no_bounds() if window else None
+    bounds = UNBOUNDED if window else None
     if velocity is not None or acceleration is not None:
         before = np.zeros(JOINTS) if velocity_now is None else velocity_now
         bounds = step_bounds(arm, velocity, acceleration, before, dt)

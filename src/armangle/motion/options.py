@@ -114,7 +114,8 @@ def core_policy(policy: Policy, dt: float | None) -> Any:
 
 Bound = ArrayLike | bool | None
 
-_UNBOUNDED = np.concatenate([[1.0], np.full(2 * JOINTS, np.inf), np.zeros(JOINTS)])
+UNBOUNDED = np.concatenate([[1.0], np.full(2 * JOINTS, np.inf), np.zeros(JOINTS)])
+"""Bounds for the core that limit nothing."""
 
 
 def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
@@ -194,8 +195,3 @@ def without_last(bounds: Floats) -> Floats:
     out = bounds.copy()
     out[-1] = 0.0
     return out
-
-
-def no_bounds() -> Floats:
-    """Return bounds for the core that limit nothing."""
-    return _UNBOUNDED
