@@ -211,7 +211,8 @@ ChainPlan planned(const ChainArm& arm, const Segment* segments, std::size_t n, c
 }
 
 /// Plans on an arm with an offset, without given sections; its scenes are in the options.
-ChainPlan planned(const OffsetArm& arm, const Segment* segments, std::size_t n, const double*, std::size_t,
+template <free_joint_arm A>
+ChainPlan planned(const A& arm, const Segment* segments, std::size_t n, const double*, std::size_t,
                   const PlanOptions& options, const Scene*) {
     return {plan(arm, segments, n, options), {}, {}};
 }
@@ -330,11 +331,19 @@ CorrectedCurve joints_along(const ChainArm& arm, const Curve& curve, const Buffe
 FamilyCurve<OffsetFamily> joints_along(const OffsetArm& arm, const Curve& curve, const Buffer&) noexcept {
     return {OffsetFamily(arm), curve.gc, curve.segments, curve.stretches};
 }
+/// The curve of an arm on its own chain with an offset.
+FamilyCurve<OffsetChainFamily> joints_along(const OffsetChain& arm, const Curve& curve,
+                                            const Buffer&) noexcept {
+    return {OffsetChainFamily(arm), curve.gc, curve.segments, curve.stretches};
+}
 
 /// The arm itself, whose plan has no base of its own.
 const Arm& standing(const Arm& arm, const Floats&) noexcept { return arm; }
 /// The arm itself, whose plan has no base of its own.
-const OffsetArm& standing(const OffsetArm& arm, const Floats&) noexcept { return arm; }
+template <free_joint_arm A>
+const A& standing(const A& arm, const Floats&) noexcept {
+    return arm;
+}
 /// The arm on the base of its plan, if that has one.
 ChainArm standing(const ChainArm& arm, const Floats& base) {
     return base.is_none() ? arm : with_base(arm, load_pose(Buffer(base).data<double>()));
@@ -343,7 +352,10 @@ ChainArm standing(const ChainArm& arm, const Floats& base) {
 /// The psi of a configuration on a curve, in the arm's own definition.
 double psi_of(const Arm&, const PlacedPosture& at) noexcept { return at.psi; }
 /// The psi of a posture on a curve: the free joint.
-double psi_of(const OffsetArm&, const PlacedPosture& at) noexcept { return at.psi; }
+template <free_joint_arm A>
+double psi_of(const A&, const PlacedPosture& at) noexcept {
+    return at.psi;
+}
 /// The psi of a posture on a curve of the nominal arm, in the true arm's definition.
 double psi_of(const ChainArm& arm, const PlacedPosture& at) noexcept {
     return lift(forward(arm, at.q).psi, at.psi);
@@ -570,13 +582,6 @@ nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
 
-/// Binds rows_within.
-template <class Handle>
-void bind_rows_within(nb::class_<Handle>& arm) {
-    using namespace nb::literals;
-    arm.def("rows_within", &rows_within<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
-}
-
 /// Binds plan_path, curve_at, curve_derivatives and rows_within.
 template <class Handle>
 void bind_planning_of(nb::class_<Handle>& arm) {
@@ -590,7 +595,7 @@ void bind_planning_of(nb::class_<Handle>& arm) {
             "residual"_a);
     arm.def("curve_derivatives", &curve_derivatives<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
             "roll_free"_a, "shifts"_a, "base"_a.none(), "s"_a, "out"_a);
-    bind_rows_within(arm);
+    arm.def("rows_within", &rows_within<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
 }
 
 /// Binds curve_through, which arms with an arm angle have.
@@ -625,7 +630,7 @@ void bind_offset_planning(nb::class_<OffsetHandle>& arm) {
 }
 
 void bind_offset_chain_planning(nb::class_<OffsetChainHandle>& arm) {
-    bind_rows_within(arm);
+    bind_planning_of(arm);
     bind_rows(arm);
 }
 

@@ -163,11 +163,6 @@ Nearest answer(const A& arm, const KeptOff& kept, const Pose<double>& pose, cons
     if (!(length > 0) || is_solved(exact.status)) return exact;
     return nearest_outside(arm, kept.margin, exact, pose, o, length);
 }
-/// The nearest solution of a pose within the scene; an approximate solution is not supported.
-Nearest answer(const OffsetChain& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
-               double) noexcept {
-    return solved(arm, kept, pose, o);
-}
 /// Writes the nearest solution of each branch and arc within the scene to `out`.
 template <free_joint_arm A>
 void nearest_postures(const A& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,

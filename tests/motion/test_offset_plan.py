@@ -1,4 +1,4 @@
-"""Plans of arms with an offset wrist or shoulder: where a dense search finds a way, and proven."""
+"""Plans of arms with an offset, own chains too: where a dense search finds a way, and proven."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import draw
+from support.gradients import named
 from support.offset_search import can_follow, straight_lines
 from support.touching import distances
 
 import armangle as aa
 
 ARMS = ["franka_fr3", "ufactory_xarm7", "willow_garage_pr2_left", "fetch"]
+EVERY = [*ARMS, "calibrated franka_fr3", "calibrated fetch"]
 PLACES = np.linspace(0.0, 1.0, 20_001)
 EVEN = np.linspace(0.0, 1.0, 41)
 ARM = aa.Arm.from_catalogue("franka_fr3")
@@ -23,7 +25,7 @@ READY = [0.1, -0.6, 0.2, -2.2, 0.1, 1.9, 0.7]
 @cache
 def planned(name: str) -> list[aa.JointPath]:
     """Return plans of lines of 0.4 m that a dense search can follow."""
-    arm = aa.Arm.from_catalogue(name)
+    arm = named(name)
     lines = [line for _, line in straight_lines(arm, 16, 0.4, seed=2) if can_follow(arm, line.pose(EVEN))]
     return [aa.plan(arm, line) for line in lines]
 
@@ -37,7 +39,7 @@ def turned() -> aa.JointPath:
 
 
 @pytest.mark.turns(2)
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY)
 def test_what_a_dense_search_can_follow_is_planned_and_proven(name: str) -> None:
     """`plan` certifies all paths of an offset arm that a dense search can follow."""
     paths = planned(name)
@@ -46,7 +48,7 @@ def test_what_a_dense_search_can_follow_is_planned_and_proven(name: str) -> None
 
 
 @pytest.mark.turns(2)
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY)
 def test_what_is_certified_holds_between_the_rows(name: str) -> None:
     """Between the rows, a certified plan has pose, limits, gc and psi."""
     for path in planned(name)[:4]:
@@ -62,7 +64,7 @@ def test_what_is_certified_holds_between_the_rows(name: str) -> None:
         np.testing.assert_allclose(path.at(path.s).q, path.q, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY)
 def test_its_derivatives_are_differences_and_do_not_leap(name: str) -> None:
     """A plan's derivatives equal finite differences, and the first two are continuous at its knots."""
     path, h = planned(name)[0], 1e-6
@@ -277,7 +279,7 @@ def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
     not.
     """
     rng, detours = np.random.default_rng(8), 0
-    bare = aa.Arm.from_catalogue(name).with_(body=BONES)
+    bare = named(name).with_(body=BONES)
     for without in planned(name)[:4]:
         rows = without.at(EVEN)
         elbow = bare.frames(rows.q)[20, 3, :3, 3]
@@ -286,7 +288,8 @@ def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
         scene = aa.Scene([aa.Ball(elbow + aside, 0.03, name="lamp")], clearance=0.01)
         path = aa.plan(bare.with_(scene=scene), without.path)
         if not path.ok:
-            assert path.branches and all(branch.verdict is not aa.Verdict.OK for branch in path.branches)
+            assert path.diagnosis is not None
+            assert all(branch.verdict is not aa.Verdict.OK for branch in path.diagnosis.branches)
             continue
         between = path.at(PLACES)
         assert path.certified and distances(bare, between.q, scene)[0].min() >= 0.01
@@ -323,7 +326,8 @@ def test_a_plan_among_what_moves_is_clear_at_every_moment(name: str) -> None:
         if path.ok:
             assert path.certified and min(near[1]) >= 0.01
         else:
-            assert path.branches and all(branch.verdict is not aa.Verdict.OK for branch in path.branches)
+            assert path.diagnosis is not None
+            assert all(branch.verdict is not aa.Verdict.OK for branch in path.diagnosis.branches)
     assert detours
     still = passing(0.3)
     one = aa.plan(bare.with_(scene=still), without.path)

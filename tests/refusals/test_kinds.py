@@ -63,8 +63,6 @@ OWN: Rows = [
 BOTH: Rows = [
     ("deviation", lambda arm: arm.deviation.bands),
     ("feasible_turns", lambda arm: arm.feasible_turns(pose(arm), about="tool")),
-    ("plan", lambda arm: aa.plan(arm, [pose(arm)] * 2, start=q(arm))),
-    ("fallback", lambda arm: arm.solve(pose(arm), q(arm), fallback="nearest_pose")),
     ("place", lambda arm: aa.place(arm, pose(arm)[None], [0.0], [0.0])),
 ]
 MIRRORED = aa.Arm(a_1=0.1, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2.6] * 7, upper=[2.6] * 7)

@@ -19,40 +19,17 @@
 
 #include "../plan/certify.hpp"
 #include "hull_cells.hpp"
-#include "corrected_curve.hpp"
+#include "joint_tube.hpp"
 
 #include "../names/begin.hpp"
 
 namespace armangle {
 
 namespace chain_tuning {
-inline constexpr double least_radius = 1e-8;  // rad: more than what two segments may lie apart turns a joint
-inline constexpr double tube = 4.0;           // a radius over the defect that it has to hold
-inline constexpr int pieces = 64;             // that a stretch may take on average
+inline constexpr int pieces = 64;  // that a stretch may take on average
 }  // namespace chain_tuning
 
 namespace detail {
-
-/// The largest absolute value in an interval.
-inline double size_of(const Interval& x) noexcept { return greater(std::fabs(x.lo), std::fabs(x.hi)); }
-
-/// Bounds of the joint angles over the parameters |s - middle| <= half: a cubic and a radius for each joint.
-/// The true arm has exactly one posture within `radius` of the cubic, and it is within `within`.
-struct JointTube {
-    double middle, half;
-    double theta[joints][4];  // Taylor coefficients at the middle
-    double radius[joints];    // of the box that holds one posture alone
-    double within[joints];    // how near to the cubic that posture is
-
-    /// The range (rad) of the cubic of joint j (0..6) over parameters middle + off, widened by `more` on both
-    /// sides.
-    Interval range(int j, const Interval& off, double more) const noexcept {
-        const double* c = theta[j];
-        const Interval cubic =
-            Interval(c[0]) + off * (Interval(c[1]) + off * (Interval(c[2]) + off * Interval(c[3])));
-        return cubic + Interval(-more, more);
-    }
-};
 
 /// Proves the joints of a nearly S-R-S arm along a curve of its nominal arm.
 class TubeProver {
@@ -150,66 +127,22 @@ private:
 
     /// Computes the tube of the piece [from, to] in `out`; returns whether it is proven to hold one posture.
     bool enclose(const Stretch& x, double from, double to, JointTube& out) const noexcept {
-        using J = Jet<Interval, 2>;
-        using Row = SevenEquations<Interval>::Row;
-        out.middle = 0.5 * (from + to);
-        out.half = greater(above(out.middle - from), above(to - out.middle));
-        const PlacedPosture here = curve_.lifted(x, out.middle, nominal_at(x, out.middle));
+        const double middle = 0.5 * (from + to);
+        const PlacedPosture here = curve_.lifted(x, middle, nominal_at(x, middle));
         if (!is_finite(here.q)) return false;
         double centre[joints];
         Jet<double, 3> series[joints];
         SinCos<double> angle[joints];
         theta_of(curve_.curve.arm, here.q, centre);
-        curve_.expand(x, out.middle, centre, series);
-        for (int j = 0; j < joints; ++j)
-            for (int k = 0; k < 4; ++k) out.theta[j][k] = series[j].coefficient[k];
+        curve_.expand(x, middle, centre, series);
         sin_cos_all(centre, angle);
         InverseSlope<double> back;
-        if (!curve_.inverse_slope(x, curve_.equations(x, out.middle, angle), back)) return false;
-        const auto equations = [&](const Interval& s, const double* radius) {
-            const J at = J::variable(s), off = at - J(out.middle);
-            SinCos<J> turned[joints];
-            for (int j = 0; j < joints; ++j) {
-                const double* c = out.theta[j];
-                J theta = J(c[0]) + off * (J(c[1]) + off * (J(c[2]) + off * J(c[3])));
-                theta = theta + J(Interval(-radius[j], radius[j]));
-                turned[j] = sin_cos(theta);
-            }
-            return curve_.equations(x, at, turned);
-        };
-        const auto order = [](const SevenEquations<J>::Row& row, int k) {
-            return CorrectedCurve::order<Interval, 2>(row, k);
-        };
-        const auto times = [&back](int i, const Row& row) {
-            const auto& c = back.row[i];
-            return dot(spread<Interval>(c.wrist), row.wrist) + dot(spread<Interval>(c.turn), row.turn) +
-                   Interval(c.psi) * row.psi;
-        };
-        const Interval middle(out.middle), piece(from, to), off(-out.half, out.half);
-        const double none[joints] = {};
-        const auto left_there = equations(middle, none).left;
-        const auto left = equations(piece, none).left;
-        double defect[joints];
-        const Interval far(0.0, above(out.half * out.half));
-        for (int i = 0; i < joints; ++i) {
-            const Interval first = times(i, order(left_there, 1)) * off;
-            defect[i] = size_of(times(i, order(left_there, 0)) + first + times(i, order(left, 2)) * far);
-            out.radius[i] = chain_tuning::least_radius + chain_tuning::tube * defect[i];
-            if (!(out.radius[i] < largest_radius)) return false;
-        }
-        const auto there = equations(middle, out.radius), over = equations(piece, out.radius);
-        for (int i = 0; i < joints; ++i) {
-            double sum = defect[i];
-            for (int k = 0; k < joints; ++k) {
-                const Interval entry = times(i, order(there.column[k], 0)) +
-                                       times(i, order(over.column[k], 1)) * off -
-                                       Interval(i == k ? 1.0 : 0.0);
-                sum = above(sum + above(size_of(entry) * out.radius[k]));
-            }
-            out.within[i] = sum;
-            if (!(sum < out.radius[i])) return false;
-        }
-        return true;
+        return curve_.inverse_slope(x, curve_.equations(x, middle, angle), back) &&
+               enclose_joints(
+                   [&](const Jet<Interval, 2>& s, const SinCos<Jet<Interval, 2>>* turned) noexcept {
+                       return curve_.equations(x, s, turned);
+                   },
+                   series, back, from, to, out);
     }
 
     /// Whether joint limits, singularity margin and branch hold for all postures of a tube.
@@ -262,8 +195,7 @@ private:
         return move_->about(q, d, off, nullptr).is_clear();
     }
 
-    static constexpr double largest_radius = 0.1;  // rad
-    static constexpr int looks = 8;                // of a stretch
+    static constexpr int looks = 8;  // of a stretch
 
     const CorrectedCurve& curve_;
     const Limits& limits_;

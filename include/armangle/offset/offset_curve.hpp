@@ -124,8 +124,8 @@ private:
     typename Equations<T>::Row rest(const Pose<T>& from, const Pose<T>& to) const noexcept {
         const Vec3<T> twice = cross(from.rotation.x, to.rotation.x) + cross(from.rotation.y, to.rotation.y) +
                               cross(from.rotation.z, to.rotation.z);
-        return {(to.position - from.position) * T(1.0 / nominal_offset(arm).rest.reach), twice * T(0.5),
-                T(0.0)};
+        const T per_reach(1.0 / nominal_offset(arm).rest.reach);
+        return {(to.position - from.position) * per_reach, twice * T(0.5), T(0.0)};
     }
     /// The error of the pose at joints `at`, and its Jacobian with a row for the joint that leads.
     Equations<double> equations(const Pose<double>& pose, int lead, const double* at) const noexcept {

@@ -1,8 +1,9 @@
-// A whole path of an arm with an offset wrist or shoulder: planned and proven as family_planner.hpp does for
-// any closed form. As plan/ this allocates.
+// A whole path of an arm with an offset wrist or shoulder, also on its own chain: planned and proven as
+// family_planner.hpp does for any family. As plan/ this allocates.
 #pragma once
 
 #include "../plan/family_planner.hpp"
+#include "chain/offset_chain_family.hpp"
 #include "offset_family.hpp"
 #include "psi_towards.hpp"
 
@@ -10,17 +11,39 @@
 
 namespace armangle {
 
+/// As for the nominal arm: the value of the free joint (rad) at which its elbow is as near to its target as
+/// branch gc allows.
+inline WishedPsi psi_towards(const OffsetChain& arm, const Pose<double>& pose, int gc,
+                             const Towards& towards) noexcept {
+    return psi_towards(arm.nominal, pose, gc, towards);
+}
+
+namespace detail {
+
+/// Plans a path for an arm of a family.
+template <planned_family F>
+Plan planned_of(const F& family, const Segment* segments, std::size_t n, const PlanOptions& options,
+                const FamilyTuning& tuning) {
+    const auto planned = [&](const PlanOptions& asked) {
+        return FamilyPlanner(family, segments, n, asked, tuning).run();
+    };
+    return fastest(options, planned,
+                   [&](const Plan& x) { return FamilyCurve<F>{family, x.gc, {segments, n}, x.stretches}; });
+}
+
+}  // namespace detail
+
 /// Plans a path like plan() for an S-R-S arm. `phi` of the stretches is the value of the free joint, and so
 /// are the target for psi and the arcs of the user. A singularity margin and a free roll are ignored.
 inline Plan plan(const OffsetArm& arm, const Segment* segments, std::size_t n, const PlanOptions& options,
                  const FamilyTuning& tuning = {}) {
-    const OffsetFamily family(arm);
-    const auto planned = [&](const PlanOptions& asked) {
-        return detail::FamilyPlanner(family, segments, n, asked, tuning).run();
-    };
-    return detail::fastest(options, planned, [&](const Plan& x) {
-        return FamilyCurve<OffsetFamily>{family, x.gc, {segments, n}, x.stretches};
-    });
+    return detail::planned_of(OffsetFamily(arm), segments, n, options, tuning);
+}
+
+/// The same on an arm with its own chain; the obstacles are prepared for the chain.
+inline Plan plan(const OffsetChain& arm, const Segment* segments, std::size_t n, const PlanOptions& options,
+                 const FamilyTuning& tuning = {}) {
+    return detail::planned_of(OffsetChainFamily(arm), segments, n, options, tuning);
 }
 
 }  // namespace armangle

@@ -13,7 +13,7 @@ namespace armangle {
 
 /// A curve of the redundant parameter over the path, for any kind of arm; path and stretches belong to the
 /// caller. phi of a stretch is the redundant parameter.
-template <explicit_family F>
+template <planned_family F>
 struct FamilyCurve {
     F family;
     int gc;
@@ -24,7 +24,12 @@ struct FamilyCurve {
     /// solution exists, as a share of the reach; negative without one.
     template <class T>
     T place(const Stretch& x, const T& s, Directions<T>& out) const noexcept {
-        return family.place(pose_at(segment_of(segments, x), s), gc, phi_at(x, s), out);
+        const auto pose = [&](const auto& at) noexcept { return pose_at(segment_of(segments, x), at); };
+        const auto phi = [&](const auto& at) noexcept { return phi_at(x, at); };
+        if constexpr (std::is_same_v<T, Jet<Interval, 1>> && !explicit_family<F>)
+            return family.enclose(pose, phi, gc, s.value(), out);
+        else
+            return family.place(pose(s), gc, phi(s), out);
     }
 
     /// The configuration at s of stretch x, with joints in the revolution nearest to the straight line

@@ -50,7 +50,7 @@ struct FamilyTuning {
 namespace detail {
 
 /// Plans a path for one arm of any kind. Of PlanOptions it ignores a singularity margin and a free roll.
-template <explicit_family F>
+template <planned_family F>
 class FamilyPlanner {
 public:
     /// Keeps the path of n segments and computes the redundant parameter and branch of given start and goal
@@ -342,7 +342,9 @@ private:
         const Section& section = branch.sections[k];
         const auto add = [&](double free) {
             Node node{{}, infinity, -1};
-            if (state(section, branch.report.gc, free, nullptr, node.state)) out.push_back(node);
+            if (state(section, branch.report.gc, free, nullptr, node.state) &&
+                within_limits(limits_, node.state.q, tolerance::angle))
+                out.push_back(node);
         };
         if (const End* end = anchor(branch, k)) {
             if (is_held(section, *end)) add(end->lambda);

@@ -29,22 +29,33 @@ struct OnSelfMotion {
 ///   on(q)                           the free number and the branch of joints q
 ///   place(pose, gc, lambda, d)      directions of a posture; returns the room, a share of the reach, that is
 ///                                   positive where there is one: 0 at a fold and at the end of the reach
-///   arcs(pose, limits, asked, out)  the proven feasible arcs of the branches asked (bit k: GC k)
+///                                   of an explicit family
+///   arcs(pose, limits, asked, out)  the feasible arcs of the branches asked (bit k: GC k), with those that
+///   are
+///                                   not excluded where a family is not explicit
 ///   excess(pose)                    m that the pose is out of reach at least, whatever lambda; <= 0: it is
 ///                                   not
 ///   singular_distances(theta, take) take(distance) of the angles from where the self-motion is singular
 template <class F>
-concept explicit_family =
-    requires(const F& f, const double* q, const Pose<double>& pose, const Pose<Jet<Interval, 1>>& cell,
-             const Jet<Interval, 1>& lambda, Directions<Jet<Interval, 1>>& d, const Limits& limits,
-             ProvenArcs (&arcs)[configurations]) {
+concept planned_family =
+    requires(const F& f, const double* q, const Pose<double>& pose, Directions<double>& d,
+             const Limits& limits, ProvenArcs (&arcs)[configurations]) {
         f.arm();
         { f.rows() } -> std::same_as<const Arm&>;
         { f.on(q) } -> std::same_as<OnSelfMotion>;
-        { f.place(cell, 0, lambda, d) } -> std::same_as<Jet<Interval, 1>>;
+        { f.place(pose, 0, 0.0, d) } -> std::same_as<double>;
         f.arcs(pose, limits, 0xffu, arcs);
         { f.excess(pose) } -> std::same_as<double>;
         f.singular_distances(q, [](double) {});
+    };
+
+/// A family whose place() is a closed form, on intervals too. Others have enclose() for them
+/// (offset/chain/offset_chain_family.hpp).
+template <class F>
+concept explicit_family =
+    planned_family<F> && requires(const F& f, const Pose<Jet<Interval, 1>>& cell,
+                                  const Jet<Interval, 1>& lambda, Directions<Jet<Interval, 1>>& d) {
+        { f.place(cell, 0, lambda, d) } -> std::same_as<Jet<Interval, 1>>;
     };
 
 }  // namespace armangle

@@ -9,14 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats
 from ..errors import UnsupportedError
 from .arm import KINDS, Arm
 from .chain import asked_of, check_chain
-from .diagnosis import Diagnosis
 from .numbers import checked_chain
 from .offset import OffsetArm
-from .question import Fallback, relaxing_length
 
 NOMINAL = "arm.deviation.nominal, the arm with an offset beside it, whose joints miss the true poses"
 
@@ -81,16 +78,6 @@ class OffsetChainArm(OffsetArm):
     def kind(self) -> str:
         """See `Arm.kind`."""
         return f"{super().kind}_chain"
-
-    def _relaxing(self, fallback: Fallback, length: float, *_: object) -> float:
-        """See `Arm._relaxing`; raise for a fallback, because this kind has no nearest reachable pose."""
-        if relaxing_length(fallback, length):
-            raise unsupported("solve(fallback=)")
-        return 0.0
-
-    def _with_instead(self, found: Diagnosis, pose: Floats) -> Diagnosis:
-        """Return the diagnosis as it is: this kind has no nearest reachable pose."""
-        return found
 
 
 KINDS.append(OffsetChainArm)

@@ -270,41 +270,19 @@ private:
     /// theta_7 to `rate`; false if it is singular.
     bool invert(const Pose<double> (&frame)[joints + 1], double (&inverse)[6][6],
                 double (&rate)[joints]) const noexcept {
-        double a[6][13] = {};
+        double columns[6][7];
         const double per_reach = 1.0 / arm_.nominal.rest.reach;
         const Vec3<double> at = origin_of_6(frame[joints]);
-        double last[6];
         for (int k = 0; k < joints; ++k) {
             const Vec3<double>& axis = frame[k].rotation.z;
             const Vec3<double> moved = cross(axis, at - frame[k].position) * per_reach;
             const double column[6] = {moved.x, moved.y, moved.z, axis.x, axis.y, axis.z};
-            for (int i = 0; i < 6; ++i) (k < 6 ? a[i][k] : last[i]) = column[i];
+            for (int i = 0; i < 6; ++i) columns[i][k] = column[i];
         }
-        for (int i = 0; i < 6; ++i) a[i][6 + i] = 1.0;
-        for (int c = 0; c < 6; ++c) {
-            int best = c;
-            for (int r = c + 1; r < 6; ++r)
-                if (abs(a[r][c]) > abs(a[best][c])) best = r;
-            if (!(abs(a[best][c]) > 1e-9)) return false;
-            for (int k = 0; k < 12; ++k) {
-                const double swap = a[c][k];
-                a[c][k] = a[best][k];
-                a[best][k] = swap;
-            }
-            const double per = 1.0 / a[c][c];
-            for (int k = 0; k < 12; ++k) a[c][k] *= per;
-            for (int r = 0; r < 6; ++r) {
-                if (r == c) continue;
-                const double share = a[r][c];
-                for (int k = 0; k < 12; ++k) a[r][k] -= share * a[c][k];
-            }
-        }
+        if (!invert_six(columns, inverse)) return false;
         for (int i = 0; i < 6; ++i) {
             rate[i] = 0;
-            for (int k = 0; k < 6; ++k) {
-                inverse[i][k] = a[i][6 + k];
-                rate[i] -= inverse[i][k] * last[k];
-            }
+            for (int k = 0; k < 6; ++k) rate[i] -= inverse[i][k] * columns[k][6];
         }
         return true;
     }

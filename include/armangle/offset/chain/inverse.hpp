@@ -37,10 +37,11 @@ struct ChainPosture {
 };
 
 /// Computes the frames of the true chain: frame[k] of joint k + 1 before its rotation, and the flange.
-inline void walk_rows(const OffsetChain& arm, const SinCos<double>* angle,
-                      Pose<double> (&frame)[joints + 1]) noexcept {
-    frame[0] = arm.row[0];
-    for (int k = 0; k < joints; ++k) frame[k + 1] = turned_about_z(frame[k], angle[k]) * arm.row[k + 1];
+template <class T>
+void walk_rows(const OffsetChain& arm, const SinCos<T>* angle, Pose<T> (&frame)[joints + 1]) noexcept {
+    frame[0] = spread<T>(arm.row[0]);
+    for (int k = 0; k < joints; ++k)
+        frame[k + 1] = turned_about_z(frame[k], angle[k]) * spread<T>(arm.row[k + 1]);
 }
 
 /// Solves six equations (a: coefficients, then the right side; overwritten) by elimination with pivots and
@@ -69,33 +70,64 @@ inline bool solve_six(double (&a)[6][7], double (&x)[6], double least_pivot) noe
     return true;
 }
 
-/// Writes the six equations of all joints except `held` (0..6) at a posture to a: the Jacobian's columns,
-/// then the error. The position is that of frame 6's origin. Returns the size of the error (share of the
-/// reach plus rad); infinite if the rotation is off by a right angle or more.
-inline double six_equations(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>* angle,
-                            int held, double (&a)[6][7]) noexcept {
-    Pose<double> frame[joints + 1];
+/// Writes the six equations of all joints except `held` (0..6) at a posture to a: how the joints move the
+/// flange, then what is missing to the pose. The position is that of frame 6's origin. Returns the flange.
+template <class T>
+Pose<T> six_equations(const OffsetChain& arm, const Pose<T>& flange, const SinCos<T>* angle, int held,
+                      T (&a)[6][7]) noexcept {
+    Pose<T> frame[joints + 1];
     walk_rows(arm, angle, frame);
-    const Pose<double>& now = frame[joints];
-    const double per_reach = 1.0 / arm.nominal.rest.reach, back = -arm.nominal.rest.d_wf;
-    const Vec3<double> at = mul_add(now.rotation.z, back, now.position);
-    const Vec3<double> shift = (mul_add(flange.rotation.z, back, flange.position) - at) * per_reach;
-    const Vec3<double> turn =
+    const Pose<T>& now = frame[joints];
+    const T per_reach(1.0 / arm.nominal.rest.reach), back(-arm.nominal.rest.d_wf);
+    const Vec3<T> at = mul_add(now.rotation.z, back, now.position);
+    const Vec3<T> shift = (mul_add(flange.rotation.z, back, flange.position) - at) * per_reach;
+    const Vec3<T> turn =
         (cross(now.rotation.x, flange.rotation.x) + cross(now.rotation.y, flange.rotation.y) +
          cross(now.rotation.z, flange.rotation.z)) *
-        0.5;
-    const auto put = [&a](int k, const Vec3<double>& moved, const Vec3<double>& turned) noexcept {
-        const double column[6] = {moved.x, moved.y, moved.z, turned.x, turned.y, turned.z};
+        T(0.5);
+    const auto put = [&a](int k, const Vec3<T>& moved, const Vec3<T>& turned) noexcept {
+        const T column[6] = {moved.x, moved.y, moved.z, turned.x, turned.y, turned.z};
         for (int i = 0; i < 6; ++i) a[i][k] = column[i];
     };
     for (int i = 0; i < 6; ++i) {
-        const Pose<double>& of = frame[i < held ? i : i + 1];
+        const Pose<T>& of = frame[i < held ? i : i + 1];
         put(i, cross(of.rotation.z, at - of.position) * per_reach, of.rotation.z);
     }
     put(6, shift, turn);
-    const double apart = dot(now.rotation.x, flange.rotation.x) + dot(now.rotation.y, flange.rotation.y) +
-                         dot(now.rotation.z, flange.rotation.z);
-    return apart > 1.0 ? norm(shift) + norm(turn) : infinity;  // a turn beyond a right angle looks smaller
+    return now;
+}
+
+/// The trace of the rotation from one frame to another: above 1 within a right angle.
+template <class T>
+T upright(const Mat3<T>& a, const Mat3<T>& b) noexcept {
+    return dot(a.x, b.x) + dot(a.y, b.y) + dot(a.z, b.z);
+}
+
+/// Writes the inverse of the first six columns to `inverse`, by elimination with pivots; false if one is too
+/// small.
+inline bool invert_six(const double (&columns)[6][7], double (&inverse)[6][6]) noexcept {
+    double a[6][12] = {};
+    for (int i = 0; i < 6; ++i) {
+        for (int k = 0; k < 6; ++k) a[i][k] = columns[i][k];
+        a[i][6 + i] = 1.0;
+    }
+    for (int c = 0; c < 6; ++c) {
+        int best = c;
+        for (int r = c + 1; r < 6; ++r)
+            if (abs(a[r][c]) > abs(a[best][c])) best = r;
+        if (!(abs(a[best][c]) > 1e-9)) return false;
+        std::swap(a[c], a[best]);
+        const double per = 1.0 / a[c][c];
+        for (double& x : a[c]) x *= per;
+        for (int r = 0; r < 6; ++r) {
+            if (r == c) continue;
+            const double share = a[r][c];
+            for (int k = 0; k < 12; ++k) a[r][k] -= share * a[c][k];
+        }
+    }
+    for (int i = 0; i < 6; ++i)
+        for (int k = 0; k < 6; ++k) inverse[i][k] = a[i][6 + k];
+    return true;
 }
 
 /// Writes the posture of the nominal arm for a flange pose and theta_7 to `angle`; if there is none, that of
@@ -130,7 +162,10 @@ inline void solve_on_pose(const OffsetChain& arm, const Pose<double>& flange, in
                           const OffsetChainTuning& tuning, ChainPosture& at) noexcept {
     double a[6][7], step[6], before = infinity;
     for (int pass = 0; pass <= tuning.steps; ++pass) {
-        at.left = six_equations(arm, flange, at.angle, held, a);
+        const Pose<double> now = six_equations(arm, flange, at.angle, held, a);
+        at.left =
+            norm(Vec3<double>{a[0][6], a[1][6], a[2][6]}) + norm(Vec3<double>{a[3][6], a[4][6], a[5][6]});
+        if (!(upright(now.rotation, flange.rotation) > 1.0)) at.left = infinity;  // farther it looks nearer
         const bool no_nearer = at.left <= tuning.residual && !(at.left < before);
         if (at.left <= tuning.settled || no_nearer || !(at.left < infinity)) return;
         before = at.left;

@@ -140,8 +140,9 @@ inline Pose<double> within_rounding(const OffsetChain& arm, const Pose<double>& 
 }
 
 /// The flange pose 0T7 of the formulas for a pose given by the user.
-inline Pose<double> flange_pose(const OffsetChain& arm, const Pose<double>& pose) noexcept {
-    return arm.first * flange_pose(arm.nominal, pose) * arm.last;
+template <class T>
+Pose<T> flange_pose(const OffsetChain& arm, const Pose<T>& pose) noexcept {
+    return spread<T>(arm.first) * flange_pose(arm.nominal, pose) * spread<T>(arm.last);
 }
 
 /// Writes the true frames 0..7 at joint values q to `out`, in the frame that poses are given in: joint i
