@@ -182,7 +182,7 @@ void proven_sets(const ChainArm& arm, const Pose<double>& pose, const ProvenRequ
 }
 
 /// Calls take(k, set, found, blocking, value_of), as for a chain, for each set of a pose of an arm with an
-/// offset. A singularity margin is ignored.
+/// offset.
 template <class AnyOffset, class Take>
 void proven_offset_sets(const AnyOffset& arm, const Pose<double>& pose, const ProvenRequest& r,
                         const Take& take) {
@@ -198,7 +198,11 @@ void proven_offset_sets(const AnyOffset& arm, const Pose<double>& pose, const Pr
         for (int gc = 0; gc < configurations; ++gc) give(gc, gc, found[gc]);
     } else if (r.wanted == Wanted::joints) {
         for (int j = 0; j < joints; ++j) {
-            feasible(arm, pose, r.gc, limits_of_one(r.limits, j), found[0]);
+            const Limits own = limits_of_one(r.limits, j);
+            if constexpr (std::is_same_v<AnyOffset, OffsetArm>)
+                feasible(arm, pose, r.gc, own, found[0], {}, j);
+            else
+                feasible(arm, pose, r.gc, own, found[0]);
             give(j, r.gc, found[0]);
         }
     } else {
@@ -209,7 +213,9 @@ void proven_offset_sets(const AnyOffset& arm, const Pose<double>& pose, const Pr
 /// Calls take(k, set, found, blocking, value_of) for each set of a pose of an arm with an offset.
 template <class Take>
 void proven_sets(const OffsetArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
-    proven_offset_sets(arm, pose, r, take);
+    OffsetArm asked = arm;
+    asked.margin = r.margin;
+    proven_offset_sets(asked, pose, r, take);
 }
 /// Calls take(k, set, found, blocking, value_of) for each set of a pose of an arm with an offset on its own
 /// chain.

@@ -123,8 +123,8 @@ void bind_offset(nb::class_<OffsetHandle>& arm) {
     bind_offset_scenes(arm);
     bind_offset_solving(arm);
     bind_offset_kinematics_of(arm);
-    arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool>(), "lengths"_a, "joint_rows"_a, "base"_a,
-            "tool"_a, "offset"_a, "mirrored"_a);
+    arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool, double>(), "lengths"_a, "joint_rows"_a,
+            "base"_a, "tool"_a, "offset"_a, "mirrored"_a, "margin"_a);
 }
 
 }  // namespace binding

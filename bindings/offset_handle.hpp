@@ -10,9 +10,11 @@ namespace binding {
 /// lower, upper (4, 7).
 struct OffsetHandle {
     armangle::OffsetArm arm;
-    /// Constructs an arm with an offset (m), at the shoulder if `mirrored`, from these arrays.
-    OffsetHandle(Floats lengths, Floats joint_rows, Floats base, Floats tool, double offset, bool mirrored)
-        : arm(make_offset_arm(parameters(lengths, joint_rows, base, tool), offset, mirrored)) {}
+    /// Constructs an arm with an offset (m), at the shoulder if `mirrored`, and a singularity margin (rad)
+    /// from these arrays.
+    OffsetHandle(Floats lengths, Floats joint_rows, Floats base, Floats tool, double offset, bool mirrored,
+                 double margin)
+        : arm(make_offset_arm(parameters(lengths, joint_rows, base, tool), offset, mirrored, margin)) {}
 
     /// The parameters of the arm without the offset, from these arrays.
     static armangle::ArmParameters parameters(Floats lengths, Floats joint_rows, Floats base, Floats tool) {

@@ -43,7 +43,6 @@ OFFSET: Rows = [
     ("gradients.joint_function", lambda arm: aa.gradients.joint_function(arm, pose(arm), 0, 1)),
     ("d_4", lambda arm: arm.with_(d_4=0.01)),
     ("reference", lambda arm: arm.with_(reference="stereographic")),
-    ("singularity_margin= is not made for", lambda arm: arm.with_(singularity_margin=0.1)),
     (r"resolve is not made for .*: step", lambda arm: aa.resolve(arm, pose(arm), 0.0, 0)),
 ]
 OWN: Rows = [
@@ -62,6 +61,7 @@ OWN: Rows = [
 ]
 BOTH: Rows = [
     ("deviation", lambda arm: arm.deviation.bands),
+    ("singularity_margin= is not made for", lambda arm: arm.with_(singularity_margin=0.1)),
     ("feasible_turns", lambda arm: arm.feasible_turns(pose(arm), about="tool")),
     ("place", lambda arm: aa.place(arm, pose(arm)[None], [0.0], [0.0])),
 ]

@@ -83,7 +83,7 @@ protected:
     /// their singularities by the margin, if there is one; if branches are restricted, on the sides of gc.
     Limits sides_of(int gc, const Joints& q) const noexcept {
         Limits out = arm_.limits;
-        if (limits_.margin > 0) keep_off_singular(arm_, q.q, limits_.margin, out);
+        if (limits_.margin > 0) keep_off_singular(arm_, branch_meetings(arm_), q.q, limits_.margin, out);
         if (options_.branches == (1u << configurations) - 1) return out;
         const Configuration<double> c = configuration(gc);
         const double side[3] = {c.shoulder, c.elbow, c.wrist};

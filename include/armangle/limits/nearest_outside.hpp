@@ -62,11 +62,17 @@ inline double joint_distance(const double* q, const NearestOptions& options) noe
     return sqrt(options.metric == Metric::max ? largest : sum);
 }
 
-/// Writes to `out` the limits around q within which joints 2, 4 and 6 keep a margin (rad) from their singular
-/// positions; false if no joints within the limits do.
-inline bool limits_about(const Arm& arm, const Joints& q, double margin, Limits& out) noexcept {
-    out = arm.limits;
-    return !(margin > 0) || keep_off_singular(arm, q.q, margin, out);
+/// Writes to `out` the limits around q within which the joints of singular postures keep a margin (rad) from
+/// there; false if no joints within the limits do. An arm that has its own margin keeps that.
+template <class A>
+bool limits_about(const A& arm, const Joints& q, double margin, Limits& out) noexcept {
+    if constexpr (requires { limits_about(arm, q.q, out); }) {
+        return limits_about(arm, q.q, out);
+    } else {
+        const Arm& rows = nominal(arm);
+        out = rows.limits;
+        return !(margin > 0) || keep_off_singular(rows, branch_meetings(rows), q.q, margin, out);
+    }
 }
 
 /// Searches the nearest configuration to an unreachable pose from many starts: arm angles of all branches of
@@ -145,7 +151,7 @@ private:
         Limits about;
         for (int j = 0; j < joints; ++j)
             q.q[j] = min(max(q.q[j], rows_.limits.lower[j]), rows_.limits.upper[j]);
-        if (!limits_about(rows_, q, margin_, about)) return;
+        if (!limits_about(arm_, q, margin_, about)) return;
         for (int j = 0; j < joints; ++j) q.q[j] = min(max(q.q[j], about.lower[j]), about.upper[j]);
         starts_.offer(q, distance(arm_, q.q, asked_, length_, rest));
         const Relaxed soon = approach(arm_, about, q, asked_, length_, outside_tuning::few);
@@ -158,7 +164,7 @@ private:
         const auto one = [&](const Joints& q, double off) {
             Limits about;
             if (!(off < infinity)) return;
-            limits_about(rows_, q, margin_, about);
+            limits_about(arm_, q, margin_, about);
             follow(q, about);
         };
         for (int i = 0; i < outside_tuning::kept; ++i) one(starts_.at[i], starts_.distance[i]);

@@ -66,21 +66,11 @@ inline bool keep_on_side(const Arm& arm, int hinge, double q, double side, doubl
     return limit_to_side(arm, hinge, straight, side, margin, limits);
 }
 
-/// Restricts joints 2, 4 and 6 to at least `margin` (rad) from their singular positions, on the sides and in
-/// the revolutions that q has. Returns false, perhaps with some joints restricted, if the limits permit no
-/// such configuration.
-inline bool keep_off_singular(const Arm& arm, const double* q, double margin, Limits& limits) noexcept {
-    for (const int hinge : {1, 3, 5}) {
-        const double side = detail::bend(arm, hinge, q[hinge]) < 0 ? -1.0 : 1.0;
-        if (!keep_on_side(arm, hinge, q[hinge], side, margin, limits)) return false;
-    }
-    return true;
-}
-
 /// A zero of a model angle at which two branches meet. They meet half a turn further too.
 struct BranchMeeting {
-    int joint;    // of the robot, 0..6
-    double zero;  // rad, theta
+    int joint;                // of the robot, 0..6
+    double zero;              // rad, theta
+    bool is_singular = true;  // whether a singularity margin is kept from there
 };
 
 /// Where branches meet whose index differs in bit 0, 1 or 2. The bit is set if the sine of theta - zero is
@@ -92,6 +82,19 @@ inline BranchMeetings branch_meetings(const Arm& arm) noexcept {
     return {{{1, 0.0}, {3, arm.delta_angle}, {5, 0.0}}};
 }
 
+/// Restricts the joints of singular postures to at least `margin` (rad) from there, on the sides and in the
+/// revolutions that q has. Returns false, perhaps with some joints restricted, if the limits permit no such
+/// configuration.
+inline bool keep_off_singular(const Arm& arm, const BranchMeetings& meetings, const double* q, double margin,
+                              Limits& limits) noexcept {
+    for (const auto& [joint, zero, is_singular] : meetings) {
+        const double off = detail::off_angle(arm, joint, zero, q[joint]), side = off < 0 ? -1.0 : 1.0;
+        if (is_singular && !limit_to_side(arm, joint, q[joint] - arm.sign[joint] * off, side, margin, limits))
+            return false;
+    }
+    return true;
+}
+
 /// The limits with the joints at which branches meet restricted to at least `margin` (rad) from there, on the
 /// side that q has, if their own limits permit. Without a margin this applies to the elbow alone. If a branch
 /// is requested (0..7; -1: none), each of these joints that has its sign, or nearly, keeps it.
@@ -99,12 +102,12 @@ inline Limits on_these_sides(const Arm& arm, const BranchMeetings& meetings, con
                              int gc) noexcept {
     Limits out = arm.limits;
     for (int i = 0; i < 3; ++i) {
-        const auto& [joint, zero] = meetings[static_cast<std::size_t>(i)];
-        const double off = detail::off_angle(arm, joint, zero, q[joint]);
+        const auto& [joint, zero, is_singular] = meetings[static_cast<std::size_t>(i)];
+        const double off = detail::off_angle(arm, joint, zero, q[joint]), kept = is_singular ? margin : 0.0;
         const double own = off < 0 ? -1.0 : 1.0, asked = gc >> i & 1 ? -1.0 : 1.0;
         const bool stays = gc >= 0 && off * asked > -relaxed_tuning::side_slack;
-        const double side = stays ? asked : own, apart = stays ? max(margin, tolerance::angle) : margin;
-        if (stays || i == 1 || margin > 0)
+        const double side = stays ? asked : own, apart = stays ? max(kept, tolerance::angle) : kept;
+        if (stays || i == 1 || kept > 0)
             limit_to_side(arm, joint, q[joint] - arm.sign[joint] * off, side, apart, out);
     }
     return out;

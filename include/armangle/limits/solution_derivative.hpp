@@ -15,6 +15,7 @@
 #pragma once
 
 #include "best_gradient.hpp"
+#include "relaxed.hpp"
 
 #include "../names/begin.hpp"
 
@@ -66,21 +67,24 @@ struct PsiSlope {
 };
 
 /// The joint (0 to 6; the first) that stops psi while the cost would still fall: at its limit, or at the
-/// margin to theta_2 or theta_6 = 0 or pi; -1 if none does. cost_slope is the cost's derivative with respect
-/// to psi.
-inline int stopped_joint(const Arm& arm, double singularity_margin, const double* q, const Derivatives& d,
-                         double cost_slope) noexcept {
+/// margin to a singular posture; -1 if none does. cost_slope is the cost's derivative with respect to psi.
+template <class AnyArm>
+int stopped_joint(const AnyArm& any, double singularity_margin, const double* q, const Derivatives& d,
+                  double cost_slope) noexcept {
+    const Arm& arm = nominal(any);
     for (int j = 0; j < joints; ++j) {
         const double along = cost_slope > 0 ? -d.entry[j][6] : d.entry[j][6];  // dq_j for falling cost
         const double near = tolerance::angle * (1.0 + abs(along));
         if (along < 0 && q[j] - arm.limits.lower[j] <= near) return j;
         if (along > 0 && arm.limits.upper[j] - q[j] <= near) return j;
-        if (singularity_margin == 0 || (j != hinge_joint[0] && j != hinge_joint[1])) continue;
-        const double theta = to_theta(arm, j, q[j]);
-        const SinCos<double> at = sin_cos(theta);
-        const double off = atan2(at.sin, abs(at.cos));  // from the nearer of 0 and pi
-        const double closing = along * arm.sign[j] * (at.cos < 0 ? -1.0 : 1.0) * (off < 0 ? -1.0 : 1.0);
-        if (closing < 0 && abs(off) - singularity_margin <= near) return j;
+        if (singularity_margin == 0) continue;
+        for (const auto& [joint, zero, is_singular] : branch_meetings(any)) {
+            if (joint != j || !is_singular) continue;
+            const SinCos<double> at = sin_cos(to_theta(arm, j, q[j]) - zero);
+            const double off = atan2(at.sin, abs(at.cos));  // from the nearer of 0 and pi
+            const double closing = along * arm.sign[j] * (at.cos < 0 ? -1.0 : 1.0) * (off < 0 ? -1.0 : 1.0);
+            if (closing < 0 && abs(off) - singularity_margin <= near) return j;
+        }
     }
     return -1;
 }
@@ -93,7 +97,7 @@ bool nearest_slope(const AnyArm& arm, double singularity_margin, const Pose<doub
     double cost_slope = 0;
     for (int j = 0; j < joints; ++j)
         cost_slope += options.weight[j] * (best.q[j] - options.near[j]) * d.entry[j][6];
-    const int stopped = stopped_joint(nominal(arm), singularity_margin, best.q, d, cost_slope);
+    const int stopped = stopped_joint(arm, singularity_margin, best.q, d, cost_slope);
     double by[joints][joints];
     slope_derivatives(arm, pose, best.psi, best.gc, by);
     double cross[joints] = {};  // derivatives of cost_slope by twist and psi
@@ -127,7 +131,7 @@ bool widest_slope(const AnyArm& arm, double singularity_margin, const Pose<doubl
     }
     if (!who.flattest || is_fixed_by_pose(arm, who.flattest->joint)) return false;
     const double growth = who.flattest->slope(d, 6);
-    const int stopped = stopped_joint(nominal(arm), singularity_margin, best.q, d, -growth);
+    const int stopped = stopped_joint(arm, singularity_margin, best.q, d, -growth);
     if (stopped >= 0) {
         out.hold(d.entry[stopped], d.entry[stopped][6]);
         return true;

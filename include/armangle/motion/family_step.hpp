@@ -65,7 +65,7 @@ public:
         Step out;
         if (why == Status::OK && (calm(wish, out) || requested(wish, why, out))) return out;
         if (arcs_.status == Status::OK && take(own_, wish, options_.allowed, out)) return out;
-        const bool merging = !(family_.margin() > 0) && (unproven_ || meeting() != 1u << own_);
+        const bool merging = (unproven_ && !(family_.margin() > 0)) || meeting() != 1u << own_;
         // near a hinge the arcs of other branches sweep joints around
         const bool is_singular = merging && singularity_sine() <= step_tuning::shut;
         if ((is_singular && solve_nearby(out)) || change_branch(out)) return out;
@@ -250,14 +250,15 @@ private:
     }
 
     /// The own branch and, unless the caller fixed it, the branches that a single step can reach from the
-    /// present joints: bit gc is set.
+    /// present joints: bit gc is set. A singularity margin separates those that meet at singular postures.
     unsigned meeting() const noexcept {
         unsigned found = 1u << own_;
         if (options_.gc >= 0) return found;
         const auto zeros = family_.meetings();
         for (int k = 0; k < 3; ++k) {
-            const auto& [joint, zero] = zeros[static_cast<std::size_t>(k)];
-            const double off = to_theta(rows_, joint, q_now_[joint]) - zero;
+            const BranchMeeting& at = zeros[static_cast<std::size_t>(k)];
+            if (at.is_singular && family_.margin() > 0) continue;
+            const double off = to_theta(rows_, at.joint, q_now_[at.joint]) - at.zero;
             if (!(abs(off - pi * round(off / pi)) <= longest_)) continue;
             for (int gc = 0; gc < configurations; ++gc)
                 if (found >> gc & 1u) found |= 1u << (gc ^ 1 << k);
@@ -287,6 +288,8 @@ private:
     bool solve_nearby(Step& out) const noexcept {
         Limits limits;
         if (!box({}, limits)) return false;
+        const double margin = family_.margin();
+        if (margin > 0 && !keep_off_singular(rows_, family_.meetings(), q_now_, margin, limits)) return false;
         Joints start{};
         for (int j = 0; j < joints; ++j) start.q[j] = q_now_[j];
         Relaxed found{start, infinity};

@@ -47,13 +47,15 @@ namespace detail {
 class OffsetArcs {
 public:
     /// Computes the boundary functions of a pose that all branches share. The limits are given in the robot's
-    /// joint order.
+    /// joint order. The singularity margin is that of the robot's joint `joint` alone, or of all (-1).
     OffsetArcs(const OffsetArm& arm, const Pose<double>& pose, const Limits& limits,
-               const OffsetArcsTuning& tuning) noexcept
+               const OffsetArcsTuning& tuning, int joint = -1) noexcept
         : arm_(arm),
           exact_{orthonormal(pose.rotation), pose.position},
           tuning_(tuning),
-          ranges_(arm.rest, in_order(arm, limits), 0.0, configuration(0)),
+          limits_in_order_(arm.rest, in_order(arm, limits), 0.0, configuration(0)),
+          ranges_(limits_in_order_),
+          joint_(joint),
           forms_(arm, offset_motion(arm, exact_, 0)),
           kappa_(forms_.kappa()),
           looks_(tuning.looks) {}
@@ -64,6 +66,7 @@ public:
         make_empty(out.arcs);
         make_empty(out.open);
         Branch branch(offset_motion(arm_, exact_, gc), gc);
+        keep_margin(branch.motion.branch);
         const int share = looks_ / branches;
         branch.looks = share;
         const bool bent_up = branch.motion.branch.elbow > 0;
@@ -184,6 +187,20 @@ private:
         bool is_lower;
     };
 
+    /// Adds the singularity margin on the sides of a branch to the ranges. Its roots are of these sides
+    /// alone.
+    void keep_margin(const OffsetBranch& sides) noexcept {
+        if (!(arm_.margin > 0)) return;
+        ranges_ = limits_in_order_;
+        for (Circle& circle : circle_) circle.made = false;
+        limits_ = 0;
+        const auto keep = [&](int joint, double zero, double side) {
+            if (joint_ < 0 || joint_ == robot_joint(arm_, joint))
+                ranges_.keep_off(joint, zero, side, arm_.margin);
+        };
+        keep(1, 0.0, sides.shoulder);
+        keep(3, arm_.rest.delta_angle, sides.elbow);
+    }
     /// The limits in the order of the formulas.
     static Limits in_order(const OffsetArm& arm, const Limits& limits) noexcept {
         Limits out;
@@ -195,11 +212,13 @@ private:
     }
     /// Whether a range is so narrow that the joint is fixed.
     static bool locked(const ThetaRanges::One& range) noexcept { return 2.0 * range.half < tolerance::angle; }
-    /// Whether a joint (0..6) may have an angle within its range, or nearly.
+    /// Whether a joint (0..6) may have an angle within its ranges, or nearly.
     bool may_be(int joint, double angle) const noexcept {
-        for (int i = 0; i < ranges_.count; ++i)
-            if (ranges_.one[i].joint == joint)
-                return abs(wrap(angle - ranges_.one[i].middle)) <= ranges_.one[i].half + tolerance::locked;
+        for (int i = 0; i < ranges_.count; ++i) {
+            const ThetaRanges::One& range = ranges_.one[i];
+            if (range.joint == joint && abs(wrap(angle - range.middle)) > range.half + tolerance::locked)
+                return false;
+        }
         return true;
     }
     /// Whether a place with several roots is too wide to be decided as one.
@@ -660,7 +679,9 @@ private:
     const OffsetArm& arm_;
     const Pose<double> exact_;
     const OffsetArcsTuning& tuning_;
-    const ThetaRanges ranges_;
+    const ThetaRanges limits_in_order_;
+    ThetaRanges ranges_;  // with the singularity margin of the present branch
+    const int joint_;
     const LimitForms forms_;
     const TrigPolynomial kappa_;
     int limits_ = 0, looks_;
@@ -671,11 +692,12 @@ private:
 }  // namespace detail
 
 /// Computes the values of the free joint (rad) at which branch gc solves a pose within limits in the robot's
-/// order of joints; the status says why there are none. The tags name joints of the formulas (see
+/// order of joints, and keeps the arm's singularity margin; of that only the part of one joint, if `joint`
+/// (0..6) is given. The status says why there are none. The tags name joints of the formulas (see
 /// in_robot_order).
 inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, const Limits& limits,
-                     ProvenArcs& out, const OffsetArcsTuning& tuning = {}) noexcept {
-    detail::OffsetArcs(arm, pose, limits, tuning).find(gc, 1, out);
+                     ProvenArcs& out, const OffsetArcsTuning& tuning = {}, int joint = -1) noexcept {
+    detail::OffsetArcs(arm, pose, limits, tuning, joint).find(gc, 1, out);
 }
 
 /// Computes the values of the free joint at which branch gc solves a pose within the arm's own limits.

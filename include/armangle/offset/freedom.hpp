@@ -11,8 +11,8 @@
 
 namespace armangle {
 
-/// Takes the place of the LimitTable of an S-R-S arm. An arm with an offset uses the limits in its
-/// parameters, without a margin.
+/// Takes the place of the LimitTable of an S-R-S arm. An arm with an offset uses the limits and the margin
+/// in its own parameters.
 struct OffsetLimits {};
 /// Does nothing: these arms have no table of limits.
 inline OffsetLimits limit_table(const OffsetArm&, double) noexcept { return {}; }

@@ -196,7 +196,7 @@ private:
         if (!options_.near || options_.metric == Metric::margin) return false;
         Joints near{};
         for (int j = 0; j < joints; ++j) near.q[robot_joint(offset_, j)] = options_.near[j];
-        if (!within_limits(offset_.own.limits, near.q, 0.0)) return false;
+        if (!armangle::is_kept(offset_, near.q, 0.0)) return false;
         const OffsetPosture here = forward(offset_, near.q);
         if (!is_asked(here.gc) || !same_pose(offset_.own.size, pose_, here.pose)) return false;
         if (options_.allowed && !contains(*options_.allowed, here.free)) return false;
@@ -274,14 +274,16 @@ private:
         }
         return select(exists, sum, Boxes(infinity));
     }
-    /// Whether a value of the free joint is allowed and its posture is free of collisions.
+    /// Whether a value of the free joint is allowed, and its posture keeps the singularity margin and is free
+    /// of collisions.
     bool is_kept(const OffsetCells& cells, double free) noexcept {
         if (options_.allowed && !contains(*options_.allowed, wrap(free))) return false;
-        if (!move_) return true;
+        if (!move_ && !(offset_.margin > 0)) return true;
         double q[joint_slots], robot[joint_slots] = {};
         joints_at(cells, free, q);
         for (int j = 0; j < joints; ++j) robot[robot_joint(offset_, j)] = q[j];
-        return move_->is_clear_at(robot);
+        if (offset_.margin > 0 && !armangle::is_kept(offset_, robot, 0.0)) return false;
+        return !move_ || move_->is_clear_at(robot);
     }
 
     /// The limits in the robot's order, narrowed around the seed to the joints that cost less than the
@@ -601,11 +603,12 @@ private:
         for (int j = 0; j < joints; ++j) at.q[robot_joint(offset_, j)] = in_order.q[j];
         const double size = offset_.own.size;
         Twist rest;
-        const bool kept = within_limits(offset_.own.limits, at.q, 0.0);
+        Limits about;
+        const bool kept = limits_about(offset_, at.q, about) && within_limits(about, at.q, 0.0);
         if (kept && distance(offset_, at.q, pose_, size, rest) <= 0.1 * local_solve_tuning::meets * size)
             return true;
         int rounds = local_solve_tuning::rounds;
-        const Relaxed on = solve_locally(offset_, offset_.own.limits, at, pose_, {}, 0.0, rounds);
+        const Relaxed on = solve_locally(offset_, about, at, pose_, {}, 0.0, rounds);
         if (!meets(offset_, on)) return false;
         for (int j = 0; j < joints; ++j) at.q[j] = on.at.q[robot_joint(offset_, j)];
         in_order = finished(at.q, in_order.psi, in_order.gc);
@@ -749,6 +752,7 @@ private:
         double q[joint_slots];
         for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
         const double cost = cost_of_all(q), free = wrap(q[joints - 1]);
+        if (offset_.margin > 0 && !armangle::is_kept(offset_, robot.q, tolerance::angle)) return;
         if (cost >= result_cost_ - tie(result_cost_)) return;
         if (options_.allowed && !contains(*options_.allowed, free)) return;
         if (extent_ == one && find(arcs_[one_gc_], free).index != one_arc_) return;

@@ -11,6 +11,7 @@
 #include "../arm/frames.hpp"
 #include "../circle/elbow.hpp"
 #include "../circle/inverse.hpp"
+#include "../limits/relaxed.hpp"
 #include "../numbers/rotations.hpp"
 
 #include "../names/begin.hpp"
@@ -20,10 +21,11 @@ namespace armangle {
 /// An arm with an offset, whose free joint, 7 (1 if mirrored), takes the place of psi. Only make_offset_arm
 /// creates one.
 struct OffsetArm {
-    Arm own;        // the rows but for the offset, as the robot has them
-    Arm rest;       // the same in the order of the formulas, without base and tool
-    double a_6;     // m, in that order
-    bool mirrored;  // whether that order is the robot's from joint 7 to joint 1
+    Arm own;            // the rows but for the offset, as the robot has them
+    Arm rest;           // the same in the order of the formulas, without base and tool
+    double a_6;         // m, in that order
+    bool mirrored;      // whether that order is the robot's from joint 7 to joint 1
+    double margin = 0;  // rad that every solution keeps from singular postures, see limits_about()
 };
 
 /// The S-R-S arm without the offset, which supplies limits and parameters.
@@ -49,8 +51,9 @@ inline Pose<double> within_rounding(const OffsetArm&, const Pose<double>& pose, 
 inline int robot_joint(const OffsetArm& arm, int j) noexcept { return arm.mirrored ? joints - 1 - j : j; }
 
 /// Creates an arm from DH parameters with an offset (m) between axes 6 and 7, or, if `mirrored`, between axes
-/// 1 and 2.
-inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset, bool mirrored) noexcept {
+/// 1 and 2. Its solutions keep a singularity margin (rad).
+inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset, bool mirrored,
+                                 double margin = 0) noexcept {
     ArmParameters rest = parameters;
     rest.base = rest.tool = identity_pose();
     rest.roll_free = false;  // the formulas have all joints
@@ -69,12 +72,12 @@ inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset,
             rest.limits.upper[j] = parameters.limits.upper[from];
         }
     }
-    return {make_arm(parameters), make_arm(rest), mirrored ? -offset : offset, mirrored};
+    return {make_arm(parameters), make_arm(rest), mirrored ? -offset : offset, mirrored, margin};
 }
 
-/// Creates an arm with other parameters and the same offset.
+/// Creates an arm with other parameters, and the same offset and singularity margin.
 inline OffsetArm remade(const OffsetArm& arm, const ArmParameters& parameters) noexcept {
-    return make_offset_arm(parameters, arm.mirrored ? -arm.a_6 : arm.a_6, arm.mirrored);
+    return make_offset_arm(parameters, arm.mirrored ? -arm.a_6 : arm.a_6, arm.mirrored, arm.margin);
 }
 
 /// The arm whose robot's joint 7 has no limits and keeps the value of the seed: a solved pose may have any
@@ -88,6 +91,30 @@ inline OffsetArm with_limits(const OffsetArm& arm, const Limits& limits) noexcep
     ArmParameters parameters = arm.own;
     parameters.limits = limits;
     return remade(arm, parameters);
+}
+
+/// Where branches meet: theta_2, theta_4 - delta, and theta_5 + pi/2 of the formulas are 0. At the first two
+/// postures are singular: with the free joint held, the others cannot move the tool in all directions. At the
+/// third, a fold, an arc only ends.
+template <free_joint_arm AnyArm>
+BranchMeetings branch_meetings(const AnyArm& any) noexcept {
+    const OffsetArm& arm = nominal_offset(any);
+    return {{{robot_joint(arm, 1), 0.0},
+             {robot_joint(arm, 3), arm.rest.delta_angle},
+             {robot_joint(arm, 4), -half_pi, false}}};
+}
+
+/// Writes to `out` the limits around the robot's joints q within which theta_2 and the elbow keep the arm's
+/// singularity margin; false if the arm's limits permit no such joints.
+inline bool limits_about(const OffsetArm& arm, const double* q, Limits& out) noexcept {
+    out = arm.own.limits;
+    return !(arm.margin > 0) || keep_off_singular(arm.own, branch_meetings(arm), q, arm.margin, out);
+}
+
+/// Whether joints q are within the limits and keep the arm's singularity margin, up to `slack` (rad).
+inline bool is_kept(const OffsetArm& arm, const double* q, double slack) noexcept {
+    Limits about;
+    return limits_about(arm, q, about) && within_limits(about, q, slack);
 }
 
 /// The rotation C by 180 degrees around x.

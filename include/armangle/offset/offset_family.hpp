@@ -56,6 +56,11 @@ public:
             if (asked >> gc & 1u) all.find(gc, configurations - gc, out[gc]);
     }
 
+    /// Draws limits in to the joints that keep the arm's singularity margin in the branch of joints q.
+    void keep_margin(const double* q, Limits& limits) const noexcept {
+        if (arm_->margin > 0) keep_off_singular(arm_->own, branch_meetings(*arm_), q, arm_->margin, limits);
+    }
+
     /// By how much (m) at least a pose is out of reach, whatever the free joint; <= 0 if it is in reach.
     double excess(const Pose<double>& pose) const noexcept {
         const OffsetMotion<> m = offset_motion(*arm_, pose, 0);

@@ -111,7 +111,7 @@ public:
     template <class Share, class Worth, class Take>
     void begin(int gc, const Joints& at, const Share& share, const Worth& worth, const Take& take) noexcept {
         for (int bit = 0; bit < 3; ++bit) {
-            const Meeting m = meeting(bit);
+            const BranchMeeting m = meeting(bit);
             if (abs(sin_cos(to_theta(arm_.own, m.joint, at.q[m.joint]) - m.zero).sin) > tuning_.shared)
                 continue;
             if (bit == 0) {
@@ -277,42 +277,37 @@ private:
         if (branches_ >> own & 1u) take(at, own);
     }
 
-    /// A joint and the angle at which branches meet: theta_2, theta_4 - delta, or theta_5 + pi/2 is 0.
-    struct Meeting {
-        int joint;  // of the robot
-        double zero;
-        double uncertainty;  // rad: nearer, a posture is of both branches; a bend is the root of a rounding
-    };
     /// The place where the branches differ in bit `bit` (0..2) of their number.
-    Meeting meeting(int bit) const noexcept {
-        const double root = sqrt(2.0 * tolerance::stretched);
-        static constexpr int joint[] = {1, 3, 4};
-        const double zero[] = {0.0, arm_.rest.delta_angle, -half_pi};
-        return {robot_joint(arm_, joint[bit]), zero[bit], bit == 0 ? tolerance::singular : root};
+    BranchMeeting meeting(int bit) const noexcept {
+        return branch_meetings(arm_)[static_cast<std::size_t>(bit)];
     }
 
     /// The branch `gc` of a posture if it is requested; otherwise a requested branch that the posture belongs
     /// to as well, because a sine that tells them apart is 0 up to rounding; `gc` if there is none.
     int permitted_branch(int gc, const Joints& at) const noexcept {
+        // nearer, a posture is of both branches; a bend is the root of a rounding
+        const double root = sqrt(2.0 * tolerance::stretched);
         int both = 0;
         for (int bit = 0; bit < 3; ++bit) {
-            const Meeting m = meeting(bit);
+            const BranchMeeting m = meeting(bit);
             const double sine = sin_cos(to_theta(arm_.own, m.joint, at.q[m.joint]) - m.zero).sin;
-            if (abs(sine) <= m.uncertainty) both |= 1 << bit;
+            if (abs(sine) <= (bit == 0 ? tolerance::singular : root)) both |= 1 << bit;
         }
         for (int flip = 0; flip < configurations; ++flip)
             if ((flip & ~both) == 0 && (branches_ >> (gc ^ flip) & 1u)) return gc ^ flip;
         return gc;
     }
 
-    /// The limits of the arm, narrowed to the side of each branch sign if not all branches are permitted.
+    /// The limits of the arm around a posture, with its singularity margin, narrowed to the side of each
+    /// branch sign if not all branches are permitted.
     Limits sides_of(int gc, const Joints& at) const noexcept {
-        Limits out = arm_.own.limits;
+        Limits out;
+        limits_about(arm_, at.q, out);
         if ((branches_ & ((1u << configurations) - 1)) == (1u << configurations) - 1) return out;
         const OffsetBranch branch = configuration(gc);
         const double side[] = {branch.shoulder, branch.elbow, branch.wrist};
         for (int bit = 0; bit < 3; ++bit) {
-            const Meeting m = meeting(bit);
+            const BranchMeeting m = meeting(bit);
             const double off = off_angle(arm_.own, m.joint, m.zero, at.q[m.joint]);
             limit_to_side(arm_.own, m.joint, at.q[m.joint] - arm_.own.sign[m.joint] * off, side[bit], 0.0,
                           out);

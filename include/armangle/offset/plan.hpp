@@ -34,7 +34,8 @@ Plan planned_of(const F& family, const Segment* segments, std::size_t n, const P
 }  // namespace detail
 
 /// Plans a path like plan() for an S-R-S arm. `phi` of the stretches is the value of the free joint, and so
-/// are the target for psi and the arcs of the user. A singularity margin and a free roll are ignored.
+/// are the target for psi and the arcs of the user. The singularity margin is the arm's own. A free roll is
+/// ignored.
 inline Plan plan(const OffsetArm& arm, const Segment* segments, std::size_t n, const PlanOptions& options,
                  const FamilyTuning& tuning = {}) {
     return detail::planned_of(OffsetFamily(arm), segments, n, options, tuning);

@@ -23,8 +23,8 @@ public:
     const AnyArm& arm() const noexcept { return *arm_; }
     /// The arm without the offset, whose signs, offsets and limits are the robot's.
     const Arm& rows() const noexcept { return nominal(*arm_); }
-    /// The singularity margin: none.
-    double margin() const noexcept { return 0.0; }
+    /// The singularity margin (rad) of the arm.
+    double margin() const noexcept { return nominal_offset(*arm_).margin; }
 
     /// The value of the free joint (rad) and the branch at joints q.
     OnSelfMotion on(const double* q, const Pose<double>&, Carry) const noexcept {
@@ -46,12 +46,7 @@ public:
         feasible(*arm_, pose, gc, limits, out);
     }
     /// The joints and angles at which branches meet.
-    BranchMeetings meetings() const noexcept {
-        const OffsetArm& formulas = nominal_offset(*arm_);
-        return {{{robot_joint(formulas, 1), 0.0},
-                 {robot_joint(formulas, 3), formulas.rest.delta_angle},
-                 {robot_joint(formulas, 4), -half_pi}}};
-    }
+    BranchMeetings meetings() const noexcept { return branch_meetings(*arm_); }
     /// The joints whose neighbours rotate about one axis where they are 0 or pi: none, since steps of these
     /// arms treat no such joint.
     std::span<const int> hinges() const noexcept { return {}; }

@@ -120,19 +120,21 @@ Shown shown_clear(const AnyArm& arm, const Scene& scene, const double* q, const 
 
 }  // namespace detail
 
-/// Proves that a curve keeps its limits, its allowed arcs, and is collision-free. Limits are proven with a
+/// Proves that a curve keeps its limits, the arm's singularity margin and its allowed arcs, and is
+/// collision-free. Limits are proven with a
 /// slack, except those on which the curve begins or ends. permits(stretch): false where nothing shall be
 /// proven, because the user does not permit its ends.
 template <class F, class Permits>
 Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const AlsoKept& also,
               const ProofTuning& tuning, const Permits& permits) {
-    Limits kept;
+    Limits kept = limits;
     const Stretch &first = curve.stretches.front(), &last = curve.stretches.back();
+    curve.family.keep_margin(first.q, kept);
     for (int j = 0; j < joints; ++j) {
-        const double low = min(first.q[j], last.q_end[j]) - limits.lower[j],
-                     high = limits.upper[j] - max(first.q[j], last.q_end[j]);
-        kept.lower[j] = limits.lower[j] + (low < 2 * tuning.slack ? -tuning.slack : tuning.slack);
-        kept.upper[j] = limits.upper[j] - (high < 2 * tuning.slack ? -tuning.slack : tuning.slack);
+        const double low = min(first.q[j], last.q_end[j]) - kept.lower[j],
+                     high = kept.upper[j] - max(first.q[j], last.q_end[j]);
+        kept.lower[j] += low < 2 * tuning.slack ? -tuning.slack : tuning.slack;
+        kept.upper[j] -= high < 2 * tuning.slack ? -tuning.slack : tuning.slack;
     }
     Proof out;
     const auto left = [&out](double from, double to, bool broken) {

@@ -49,7 +49,8 @@ struct FamilyTuning {
 
 namespace detail {
 
-/// Plans a path for one arm of any kind. Of PlanOptions it ignores a singularity margin and a free roll.
+/// Plans a path for one arm of any kind. The singularity margin is the arm's own, that of PlanOptions is
+/// ignored, and so is a free roll.
 template <planned_family F>
 class FamilyPlanner {
 public:
@@ -471,6 +472,12 @@ private:
     bool refuses(const End& end, double s, BranchReport& report) const {
         if (!within_limits(limits_, end.q, tolerance::angle)) {
             report.status = Status::LIMITS;
+            return true;
+        }
+        Limits apart = limits_;
+        family_.keep_margin(end.q, apart);
+        if (!within_limits(apart, end.q, tolerance::angle)) {
+            report.status = Status::NEAR_SINGULAR;
             return true;
         }
         if (options_.allowed && find(permitted(s), end.lambda, tuning_.beside).index < 0) {

@@ -31,20 +31,22 @@ struct OnSelfMotion {
 ///                                   positive where there is one: 0 at a fold and at the end of the reach
 ///                                   of an explicit family
 ///   arcs(pose, limits, asked, out)  the feasible arcs of the branches asked (bit k: GC k), with those that
-///   are
-///                                   not excluded where a family is not explicit
+///                                   are not excluded where a family is not explicit
+///   keep_margin(q, limits)          draws limits in to the joints that keep the arm's singularity margin, in
+///                                   the branch and the revolutions of q
 ///   excess(pose)                    m that the pose is out of reach at least, whatever lambda; <= 0: it is
 ///                                   not
 ///   singular_distances(theta, take) take(distance) of the angles from where the self-motion is singular
 template <class F>
 concept planned_family =
     requires(const F& f, const double* q, const Pose<double>& pose, Directions<double>& d,
-             const Limits& limits, ProvenArcs (&arcs)[configurations]) {
+             const Limits& limits, Limits& drawn_in, ProvenArcs (&arcs)[configurations]) {
         f.arm();
         { f.rows() } -> std::same_as<const Arm&>;
         { f.on(q) } -> std::same_as<OnSelfMotion>;
         { f.place(pose, 0, 0.0, d) } -> std::same_as<double>;
         f.arcs(pose, limits, 0xffu, arcs);
+        f.keep_margin(q, drawn_in);
         { f.excess(pose) } -> std::same_as<double>;
         f.singular_distances(q, [](double) {});
     };

@@ -39,18 +39,18 @@ struct ThetaRanges {
         keep_off(3, arm.delta_angle, gc.elbow, margin);
         keep_off(5, 0.0, gc.wrist, margin);
     }
-
-private:
-    /// Adds the range [lower, upper] (rad) of a joint (0..6), with the tags of its ends.
-    void add(int joint, double lower, double upper, Tag low, Tag high) noexcept {
-        one[count++] = {joint, wrap(0.5 * (lower + upper)), 0.5 * (upper - lower), low, high};
-    }
     /// Adds the range in which a joint (0..6) keeps `margin` from `zero` and zero + pi, on one side.
     void keep_off(int joint, double zero, double side, double margin) noexcept {
         const Tag near = make_tag(joint + 1, Side::near_margin), far = make_tag(joint + 1, Side::far_margin);
         const double a = zero + side * margin, b = zero + side * (pi - margin);
         if (side > 0) add(joint, a, b, near, far);
         if (side < 0) add(joint, b, a, far, near);
+    }
+
+private:
+    /// Adds the range [lower, upper] (rad) of a joint (0..6), with the tags of its ends.
+    void add(int joint, double lower, double upper, Tag low, Tag high) noexcept {
+        one[count++] = {joint, wrap(0.5 * (lower + upper)), 0.5 * (upper - lower), low, high};
     }
 };
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from typing import Any, Literal, Never
+from typing import Any, Literal, Never, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -86,7 +86,6 @@ class OffsetArm(Arm):
             given = numbers.pop(name, None)
             if isinstance(given, np.ndarray) or given not in (None, 0.0, "base", (), []):
                 raise unsupported(f"{name}=")
-        _refuse_margin(numbers.get("singularity_margin"))
         scene = numbers.pop("scene", None)
         rows = Arm(*unnamed, **numbers)
         limit = _core.LENGTH_LIMIT
@@ -102,7 +101,7 @@ class OffsetArm(Arm):
         kept = {name: getattr(rows, name) for name in Arm.__slots__ if not name.startswith("_")}
         own = {"_rows": rows, "_free_joint": 1 if mirrored else 7, "_ready": None, "_apart": None}
         self._fill({**kept, **own, "geometry": replace(rows.geometry, **offsets), "scene": scene})
-        self._fill({"_handle": OffsetHandle(*self._core_numbers())})
+        self._fill({"_handle": OffsetHandle(*self._core_numbers(), self.singularity_margin)})
         if scene is not None:
             self._fill({"_ready": self._prepared(scene)})
 
@@ -115,9 +114,13 @@ class OffsetArm(Arm):
         return lengths, joints, rows.base, rows.tool, own.a_1 if mirrored else own.a_6, mirrored
 
     def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
-        """See `Arm._keeping`; raise for a singularity margin."""
-        _refuse_margin(singularity_margin)
-        return super()._keeping(scene, singularity_margin)
+        """See `Arm._keeping`: the core's arm holds the singularity margin."""
+        new = cast(OffsetArm, super()._keeping(scene, singularity_margin))
+        margin = new.singularity_margin
+        if margin != self.singularity_margin:
+            new._fill({"_rows": self._rows.with_(singularity_margin=margin)})
+            new._fill({"_handle": OffsetHandle(*new._core_numbers(), margin)})
+        return new
 
     def to_urdf(self) -> str:
         """See `Arm.to_urdf`."""
@@ -255,7 +258,8 @@ class OffsetArm(Arm):
         progress: Progress | bool | None = None, paper: tuple[float, float] = (0.0, 0.0),
     ) -> ArcSet:  # fmt: skip
         """See `Arm._arcs`."""
-        return self._proven_arcs(pose, gc, 0.0, wanted, sets, self._ready_for(scene), progress)
+        margin = 0.0 if wanted is Wanted.CLEAR else self.singularity_margin
+        return self._proven_arcs(pose, gc, margin, wanted, sets, self._ready_for(scene), progress)
 
     def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
         """See `Arm._branches_of`."""
@@ -272,12 +276,6 @@ class OffsetArm(Arm):
 
 
 KINDS.append(OffsetArm)
-
-
-def _refuse_margin(margin: float | None) -> None:
-    """Raise for a singularity margin other than 0 or None, which this kind of arm does not have."""
-    if margin:
-        raise unsupported("singularity_margin=", "with_(lower=..., upper=...) is the margin that it has")
 
 
 def as_srs(arm: Arm, what: str) -> Arm:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from ..errors import UnsupportedError
+from ..scenes.scene import Scene
 from .arm import KINDS, Arm
 from .chain import asked_of, check_chain
 from .numbers import checked_chain
@@ -48,6 +49,7 @@ class OffsetChainArm(OffsetArm):
         """Check numbers and chain, create the core's arm, and prepare its obstacles."""
         links, scene = checked_chain(chain), numbers.pop("scene", None)
         assert links is not None
+        _refuse_margin(numbers.get("singularity_margin"))
         super().__init__(*unnamed, **numbers)
         handle = OffsetChainHandle(*self._core_numbers(), links)
         check_chain(self.name, handle)
@@ -69,6 +71,11 @@ class OffsetChainArm(OffsetArm):
 
     __hash__ = OffsetArm.__hash__
 
+    def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
+        """See `Arm._keeping`; raise for a singularity margin."""
+        _refuse_margin(singularity_margin)
+        return super()._keeping(scene, singularity_margin)
+
     def _source(self) -> str:
         """See `Arm._source`."""
         assert self.geometry.chain is not None
@@ -81,3 +88,9 @@ class OffsetChainArm(OffsetArm):
 
 
 KINDS.append(OffsetChainArm)
+
+
+def _refuse_margin(margin: float | None) -> None:
+    """Raise for a singularity margin other than 0 or None, which this kind of arm does not have."""
+    if margin:
+        raise unsupported("singularity_margin=", "with_(lower=..., upper=...) is the margin that it has")

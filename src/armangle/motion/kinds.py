@@ -106,7 +106,7 @@ def tracker_of(
     """Return the core's control loop of an arm from checked numbers; `leading` prepares the scene for the
     nominal arm, whose tracker leads that of another kind; `about` is the scene for this one.
     """
-    handle: Any = arm._handle
+    handle: Any = arm.with_(singularity_margin=0.0)._handle  # to a tracker the margin is a wish, in `given`
     if isinstance(arm, OffsetArm):
         made = _core.OffsetTracker if arm.geometry.chain is None else _core.OffsetChainTracker
         return made(handle, given, leading(arm._rows), about)

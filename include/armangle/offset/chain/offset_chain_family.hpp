@@ -165,6 +165,9 @@ public:
         }
     }
 
+    /// Leaves limits as they are: an arm on its own chain with an offset has no singularity margin.
+    void keep_margin(const double*, Limits&) const noexcept {}
+
     /// By how much (m) a pose is out of reach at least; <= 0 if it may be in reach.
     double excess(const Pose<double>& pose) const noexcept {
         const OffsetArm& formulas = arm_->nominal;
