@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -360,3 +361,26 @@ def test_an_interrupt_ends_it() -> None:
 
     with pytest.raises(KeyboardInterrupt):
         aa.plan(ARM, turned().poses, progress=stop)
+
+
+PINCHED = (  # joints and ways (m) of an xArm 7 on which an interval of the start's branch shrinks to a point
+    ([0.217, -1.446, -0.203, 2.776, -0.716, -0.131, 0.206], [0.039, 0.112, -0.348]),
+    ([-2.753, 1.19, -0.841, 2.817, 0.954, 2.255, 1.875], [0.177, -0.001, 0.173]),
+)
+
+
+@pytest.mark.parametrize(("start", "way"), PINCHED)
+def test_a_curve_without_a_solution_between_the_samples_is_no_plan(start: Any, way: Any) -> None:
+    arm = aa.Arm.from_catalogue("ufactory_xarm7")
+    ends = np.stack([arm.forward(start)[0]] * 2)
+    ends[1, :3, 3] += way
+    path = aa.plan(arm, ends, start=start)
+    assert not path.ok and path.diagnosis is not None
+    branch = path.diagnosis[int(arm.forward(start)[2])]
+    assert branch.verdict.name == "UNRESOLVED" and branch.status is aa.Status.NO_POSTURE
+    assert "leads through a fold" in path.explain()
+    near = branch.s_from + np.linspace(-1e-2, 1e-2, 2001)
+    arcs = arm.feasible(aa.Waypoints(ends).pose(near), branch.gc)
+    widths = np.diff(arcs.intervals, axis=-1)[..., 0]
+    widths[np.arange(widths.shape[1]) >= np.asarray(arcs.count)[:, None]] = np.inf
+    assert widths.min() < 1e-4

@@ -2,6 +2,8 @@
 // from it every posture of the path.
 #pragma once
 
+#include <array>
+
 #include "../scene/clear_cells.hpp"
 #include "../self_motion/explicit_family.hpp"
 #include "../self_motion/prove_stretch.hpp"
@@ -30,6 +32,35 @@ struct FamilyCurve {
             return family.enclose(pose, phi, gc, s.value(), out);
         else
             return family.place(pose(s), gc, phi(s), out);
+    }
+
+    /// A value of s in [from, to] on a stretch at which there is no solution, or at which `looks` cells do
+    /// not decide that there is one; NaN if every s has one. Cells are halved down to the distance of two
+    /// numbers. Only an explicit family is examined; NaN for others.
+    double gap(const Stretch& x, double from, double to, int looks) const noexcept {
+        if constexpr (!explicit_family<F>) return not_a_number;
+        Directions<double> here;
+        Directions<Jet<Interval, 1>> over;
+        if (!(place(x, from, here) >= 0)) return from;
+        if (!(place(x, to, here) >= 0)) return to;
+        std::array<double, 64> ends{to};
+        for (std::size_t count = 1; count > 0;) {
+            const double end = ends[count - 1], middle = 0.5 * (from + end);
+            const double room = place(x, middle, here);
+            if (!(room >= 0) || looks-- <= 0) return middle;
+            const Jet<Interval, 1> whole = place(x, Jet<Interval, 1>::variable({from, end}), over);
+            const Interval mean =
+                Interval(room) + whole.coefficient[1] * (Interval(from, end) - Interval(middle));
+            const bool proven = std::max(whole.value().lo, mean.lo) > tolerance::rounding;
+            const bool last = !(middle > from && middle < end) || count == ends.size();
+            if (!proven && !last) {
+                ends[count++] = middle;
+                continue;
+            }
+            from = end;
+            --count;
+        }
+        return not_a_number;
     }
 
     /// The configuration at s of stretch x, with joints in the revolution nearest to the straight line
@@ -137,8 +168,9 @@ Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const AlsoKept&
         kept.upper[j] -= high < 2 * tuning.slack ? -tuning.slack : tuning.slack;
     }
     Proof out;
-    const auto left = [&out](double from, double to, bool broken) {
-        if (broken) out.violated.push_back(0.5 * (from + to));
+    const auto left = [&](const Stretch& x, double from, double to, bool broken) {
+        const double gap = broken ? 0.5 * (from + to) : curve.gap(x, from, to, tuning.looks);
+        if (!is_nan(gap)) out.violated.push_back(gap);
         if (!out.open.empty() && from <= out.open.back())
             out.open.back() = to;
         else
@@ -149,7 +181,7 @@ Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const AlsoKept&
     for (const Stretch& x : curve.stretches) {
         if (also.checkpoint && *also.checkpoint) (*also.checkpoint)();
         if (!permits(x)) {
-            left(x.start, x.end, true);
+            left(x, x.start, x.end, true);
             continue;
         }
         const detail::HeldArc arc(holds ? *also.allowed : ArcSet{}, x);
@@ -167,11 +199,13 @@ Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const AlsoKept&
                 q[j] = from > x.start ? whole.near(j, from) : x.q[j];
                 q_end[j] = to < x.end ? whole.near(j, to) : x.q_end[j];
             }
-            prove_stretch(curve.family.rows(), kept, place, {from, to, q, q_end}, tuning, left,
-                          [&](const double* at, const double (&d)[joints], const double (&off)[joints]) {
-                              if (!also.scenes) return detail::Shown::proven;
-                              return detail::shown_clear(curve.family.arm(), also.scenes[k], at, d, off);
-                          });
+            prove_stretch(
+                curve.family.rows(), kept, place, {from, to, q, q_end}, tuning,
+                [&](double a, double b, bool broken) { left(x, a, b, broken); },
+                [&](const double* at, const double (&d)[joints], const double (&off)[joints]) {
+                    if (!also.scenes) return detail::Shown::proven;
+                    return detail::shown_clear(curve.family.arm(), also.scenes[k], at, d, off);
+                });
         }
     }
     return out;

@@ -763,8 +763,9 @@ private:
         refine(finer, all);
         bool held = false;
         Proof proof;
+        std::vector<Stretch> stretches;
         for (int round = 0; round <= tuning_.rounds; ++round) {
-            std::vector<Stretch> stretches = curve_of(finer);
+            stretches = curve_of(finer);
             proof = proven(report.gc, stretches);
             held = held || proof.violated.empty();
             const bool better = !plan_.ok || proof.open.size() < plan_.proof.open.size();
@@ -786,6 +787,10 @@ private:
         report.verdict = Verdict::unresolved;
         report.status = options_.scenes.count > 0 ? Status::CLEARANCE : Status::LIMITS;
         report.from = proof.violated.front();
+        const FamilyCurve<F> curve{family_, report.gc, path_, stretches};
+        Directions<double> d;
+        if (!(curve.place(stretch_at(stretches, report.from), report.from, d) > tuning_.proof.least_room))
+            report.status = Status::NO_POSTURE;
         report.to = proof.violated.back();
         report.reached = report.from;
         branch.sections = std::move(finer.sections);

@@ -73,7 +73,8 @@ class Branch:
         that the start reaches continues. START, GOAL: that configuration violates limits, is in another
         branch, collides, or is singular, so that no arm angle gives it; or it belongs to a true chain and its
         nominal arm does not have it (`status` NO_CONVERGENCE). UNRESOLVED: the sections connect, but every
-        curve tried through them violates a limit between; or the search was given up (`given_up`).
+        curve tried through them violates a limit between, or leads through a fold (`status` NO_POSTURE); or
+        the search was given up (`given_up`).
     status : Status
         The status of the poses in question.
     s_from, s_to : float
@@ -221,6 +222,8 @@ class Branch:
                 return (
                     f"every tested curve enters a region where branches of the arm's own chain meet{where}."
                 )
+            case Verdict.UNRESOLVED if self.status == Status.NO_POSTURE:
+                return f"every tested curve leads through a fold, where there is no solution{where}."
             case Verdict.UNRESOLVED:
                 broken = "collides or violates" if self.status == Status.CLEARANCE else "violates"
                 return f"every tested curve {broken} a limit between the samples{where}."
