@@ -152,9 +152,8 @@ Shown shown_clear(const AnyArm& arm, const Scene& scene, const double* q, const 
 }  // namespace detail
 
 /// Proves that a curve keeps its limits, the arm's singularity margin and its allowed arcs, and is
-/// collision-free. Limits are proven with a
-/// slack, except those on which the curve begins or ends. permits(stretch): false where nothing shall be
-/// proven, because the user does not permit its ends.
+/// collision-free. Limits are proven with a slack, except those on which the curve begins or ends.
+/// permits(stretch): false where the user does not permit its ends; it then counts as violated and unproven.
 template <class F, class Permits>
 Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const AlsoKept& also,
               const ProofTuning& tuning, const Permits& permits) {
