@@ -167,7 +167,9 @@ def test_what_is_not_proven_is_said(cli: Cli) -> None:
 
 
 def test_a_branch_without_a_proven_solution_leaves_the_others(cli: Cli) -> None:
-    """`armangle ik --psi --all` gives the other gc, and says which branches meet."""
+    """Of a calibrated arm, nearly stretched, `armangle ik --psi --all` gives the other gc and says which
+    branches meet; `--gc` of such a branch exits with 1 and says the same.
+    """
     Path("own.urdf").write_text(calibrated("kuka_iiwa7_r800", 2.0, 5.0).to_urdf())
     arm = aa.Arm.from_urdf("own.urdf")
     q = START.copy()

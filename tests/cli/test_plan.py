@@ -74,7 +74,7 @@ POLICIES: dict[str, tuple[aa.Policy, dict[str, Any]]] = {
 
 @pytest.mark.parametrize("words", POLICIES)
 def test_a_policy_steps_as_follow_does(words: str, line: Rows, cli: Cli) -> None:
-    """`armangle plan --policy` writes the joints of `follow`."""
+    """`armangle plan --policy` writes exactly the joints of `follow`, and reports the policy."""
     policy, options = POLICIES[words]
     ran = cli(f"plan line.csv {{R}} --start {{Q}} -o q.npz --json --policy {words}")
     path = aa.follow(ARM, line, start=START, policy=policy, **options)

@@ -27,7 +27,7 @@ def lamp(cli: Cli) -> aa.Scene:
 
 
 def clear_of(scene: aa.Scene, rows: np.ndarray) -> bool:
-    """Whether joints of all rows are free of collisions, within 1e-9 m."""
+    """Whether no shape reaches 1e-9 m into another at any row (the scene's clearance is not asked)."""
     return all(ARM.clearance(row, scene).distance > -1e-9 for row in rows)
 
 

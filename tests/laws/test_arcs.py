@@ -50,7 +50,7 @@ TRIPLES = pairs(300)
 
 
 def same(a: aa.ArcSet, b: aa.ArcSet) -> bool:
-    """Whether two sets differ by touching points and rounding alone."""
+    """Whether two sets differ by at most 1e-8 rad in all: touching points and rounding."""
     return float((a & ~b).measure + (b & ~a).measure) <= 1e-8
 
 

@@ -23,7 +23,7 @@ SCENE = aa.Scene([aa.Ball([0.6, 0.6, 0.3], 0.1, name="ball")], clearance=0.01)
 
 
 def made(k: int) -> dict[str, Any]:
-    """One of every public value by name, with other content for another k."""
+    """One of every public value but those in ELSEWHERE, by name, with other content for k = 0 and k = 1."""
     q = Q + 0.01 * k
     pose, psi, gc = ARM.forward(q)
     end = pose.copy()

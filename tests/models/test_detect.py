@@ -95,7 +95,7 @@ def test_generated_arm_is_found_whatever_its_frames(part):
 
 
 def test_a_link_across_its_axis_is_an_elbow_offset():
-    """`describe_chain` finds random arms with d_se = 0 or d_ew = 0."""
+    """`describe_chain` finds random arms with an elbow offset and d_se = 0, d_ew = 0 or both."""
     for seed in range(1, 80, 2):
         across = {"d_se": 0.0} if seed % 3 else {"d_ew": 0.0}
         assert_found(*drawn(seed, **(across if seed % 5 else {"d_se": 0.0, "d_ew": 0.0})))

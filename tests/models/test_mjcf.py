@@ -154,7 +154,9 @@ FLANGE = '<body name="{}"/>'
 
 
 def test_candidates_end_at_the_last_fixed_body(mujoco):
-    """`mjcf_candidates` end at the last fixed body, or above if there are several."""
+    """`mjcf_candidates` end at the last fixed body, or at the last joint's body if several are fixed to it,
+    which they list as `ends`; six joints give none, eight two.
+    """
     for world, found in (
         (tower(7), [("b7", ["b7"])]), (tower(7, FLANGE.format("flange")), [("flange", ["flange"])]),
         (tower(7, FLANGE.format("flange") + FLANGE.format("camera")), [("b7", ["flange", "camera"])]),

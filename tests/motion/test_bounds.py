@@ -323,7 +323,9 @@ def test_a_hostile_stream_breaks_no_bound(arm: aa.Arm, acceleration: float | Non
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3])
 def test_noise_does_not_lock_a_bounded_loop(noise: float) -> None:
-    """Bounded steps from noisy joints in cycles of uneven length end at the pose, but for the noise."""
+    """Steps of bounded velocity and acceleration from joints with `noise` (rad), in cycles of uneven length,
+    end at the pose within 1e-9 m and 5 times the noise.
+    """
     rng = np.random.default_rng(8)
     for _ in range(draw.count(4)):
         q = rng.uniform(0.6 * IIWA.lower, 0.6 * IIWA.upper)

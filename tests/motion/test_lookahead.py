@@ -38,9 +38,9 @@ def reached(path: aa.JointPath) -> int:
     return len(path) if path.ok else int(path.first_failure or 0)
 
 
-def way(arm: aa.Arm, poses: Array, q: Array, step: Array, grid: int) -> int:
-    """How many poses brute force reaches from q in its branch: psi on a grid, no joint moving more than
-    `step` (7,).
+def reached_by_brute_force(arm: aa.Arm, poses: Array, q: Array, step: Array, grid: int) -> int:
+    """How many poses brute force reaches from q in its branch within limits: psi on a grid, no joint moving
+    more than `step` (7,) a pose, and every place that is reached followed.
     """
     gc = arm.forward(q)[2]
     psi = np.linspace(-np.pi, np.pi, grid, endpoint=False)
@@ -138,18 +138,18 @@ def test_it_goes_as_far_as_brute_force_finds_a_way(seed: int) -> None:
     q, poses = bent_line(arm, rng, 60)
     limit = float(rng.choice([0.06, 0.12, 0.25]))
     path = aa.follow(arm, poses, start=q, max_joint_step=limit, lookahead=60)
-    assert reached(path) >= way(arm, poses, q, np.full(7, 0.98 * limit), 500)
+    assert reached(path) >= reached_by_brute_force(arm, poses, q, np.full(7, 0.98 * limit), 500)
 
 
 def test_a_gap_of_the_tube_that_closes_between_probes_is_seen() -> None:
-    """`follow` reaches what a grid reaches also if the gap between two arcs is narrower than its probes."""
+    """`follow` reaches what a grid reaches also if the gap between two arcs lies between two probes of psi."""
     rng = np.random.default_rng(2060)
     half = np.radians(rng.uniform(40, 170, 7))
     half[[1, 3, 5]] = np.minimum(half[[1, 3, 5]], 2.09)
     arm = IIWA.with_(lower=-half, upper=half)
     q, poses = turning_line(arm, rng, 120)
     path = aa.follow(arm, poses, start=q, max_joint_step=0.03, lookahead=120)
-    assert reached(path) >= way(arm, poses, q, np.full(7, 0.98 * 0.03), 1000)
+    assert reached(path) >= reached_by_brute_force(arm, poses, q, np.full(7, 0.98 * 0.03), 1000)
 
 
 def test_it_saves_many_and_harms_none() -> None:

@@ -44,7 +44,7 @@ def code() -> bytes:
 
 @pytest.fixture
 def page(code: bytes) -> Iterator[Any]:
-    """A page of a browser with the demo in it."""
+    """A page of headless Chromium with the demo, of this WebAssembly, in it."""
     chromium = need_tool("chromium")
     with need("playwright.sync_api").sync_playwright() as playwright:
         running = playwright.chromium.launch(executable_path=chromium, args=["--headless", "--no-sandbox"])

@@ -49,6 +49,6 @@ def test_wheels_are_for_every_python_that_is_promised() -> None:
 
 
 def test_the_package_of_moveit_has_the_version() -> None:
-    """contrib/moveit/package.xml has the version."""
+    """contrib/moveit/package.xml has the version of version.hpp."""
     text = (ROOT / "contrib" / "moveit" / "package.xml").read_text(encoding="utf-8")
     assert VERSION and f"<version>{VERSION[1]}</version>" in text

@@ -143,6 +143,8 @@ def test_eqs_10_and_11_agree_with_the_arctangent_of_the_elbow_axes(theta: Array)
 
 @postures
 def test_eqs_12_to_14_turn_the_virtual_arm_into_the_real_one(theta: Array) -> None:
+    """R_psi times the virtual rotations 0R3 and 0R4 are the rotations of the chain."""
+
     chain = paper.chain_transforms(theta, IIWA7)
     p_26 = paper.shoulder_wrist_vector(chain[7], IIWA7)
     virtual = paper.virtual_frames(p_26, signs_of(theta)[1], IIWA7)

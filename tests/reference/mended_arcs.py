@@ -206,7 +206,8 @@ def feasible_by_sampling(arm: Arm, pose: Array, gc: int, margin: float = 0.0, sa
 
 
 def nearest_end(arcs: Arcs, psi: float) -> float:
-    """End of the arcs nearest to psi on the circle, a lower end on a tie, rad in (-pi, pi]."""
+    """End of the arcs (at least one) nearest to psi on the circle, a lower end on a tie, rad in (-pi, pi]."""
+
     ends = [low for low, _ in arcs] + [high for _, high in arcs]
     return float(wrap(min(ends, key=lambda end: abs(float(wrap(end - psi))))))
 

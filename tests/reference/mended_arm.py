@@ -53,7 +53,7 @@ class Arm:
 
     @property
     def reach(self) -> float:
-        """Greatest distance from shoulder to wrist, m."""
+        """Greatest distance from shoulder to wrist, whatever the limits, m."""
         return self.upper_arm + self.forearm
 
     @property

@@ -1,8 +1,8 @@
 """Sections 3 and 4 of the paper and its examples, equation by equation: (1)-(24), (37)-(46).
 
 Every function says exactly what the paper prints, slips included; a slip is named under
-"Erratum". The one liberty: an arccos is kept within [-1, 1], which rounding may leave. Angles
-are in radians and lengths in metres, joints are numbered 1 to 7. Sections 5 and 6, Eqs.
+"Erratum". The one liberty: an arccos is kept within [-1, 1], which rounding may leave; not in Eqs. (4)
+and (6). Angles are in radians and lengths in metres, joints are numbered 1 to 7. Sections 5 and 6, Eqs.
 (25)-(36), are in ``paper_limits``. The paper is at hand without the opening of its section 3.2
 and its list of cases in 5.1.1; no numbered equation is lost there.
 
@@ -123,14 +123,14 @@ def theta_1_virtual(p_26: Array, axis: Array) -> float:
 
 
 def phi(p_26: Array, lengths: Lengths) -> float:
-    """Angle at the shoulder between shoulder-wrist and shoulder-elbow, rad, Eq. (6)."""
+    """Angle at the shoulder between shoulder-wrist and shoulder-elbow, rad, Eq. (6); NaN out of reach."""
     n = float(np.linalg.norm(p_26))
     d_se, d_ew = lengths.d_se, lengths.d_ew
     return float(np.arccos((d_se**2 + n**2 - d_ew**2) / (2 * d_se * n)))
 
 
 def theta_2_virtual(p_26: Array, gc_4: int, lengths: Lengths) -> float:
-    """Virtual shoulder elevation, rad, Eq. (7)."""
+    """theta_2 of the virtual arm (theta_3 = 0), rad, Eq. (7); p_26 from shoulder to wrist."""
     r = np.sqrt(p_26[0] ** 2 + p_26[1] ** 2)
     return float(np.arctan2(r, p_26[2]) + gc_4 * phi(p_26, lengths))
 

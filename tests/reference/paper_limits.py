@@ -41,7 +41,9 @@ def linear(coefficients: Linear, psi: float | Array) -> NDArray[np.float64]:
 
 
 def pivot_coefficients(joint: int, shoulder: Matrices, wrist: Matrices) -> tuple[Linear, Linear]:
-    """Coefficients (n, d) of joint 1, 3, 5 or 7 in Eqs. (17), (19), (22), (24) for Eq. (26)."""
+    """Numerator and denominator (n, d) of tan theta_i of joint 1, 3, 5 or 7, each (a, b, c) of Eq. (26), from
+    Eqs. (17), (19), (22), (24).
+    """
     row, column, sign = {
         1: ((1, 0), (1, 1), (1, 1)),
         3: ((2, 2), (2, 0), (-1, -1)),

@@ -131,7 +131,9 @@ def test_a_seed_that_touches_is_no_solution() -> None:
 
 
 def test_why_there_is_no_solution() -> None:
-    """`solve` and `explain` in a scene name pair and missing distance."""
+    """`solve` in a scene gives the status that says why; `explain` names the pair, and of CLEARANCE the
+    missing distance.
+    """
     around = aa.Scene([aa.Ball([0, 0.09, 0.34], 0.06, name="post")], clearance=0.005)
     assert ARM.with_(scene=around).solve(POSE, seed=Q).status == aa.Status.CLEARANCE
     why = ARM.with_(scene=around).explain(POSE)

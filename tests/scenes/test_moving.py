@@ -180,7 +180,9 @@ def test_what_a_plan_cannot_certify_is_refused(options: dict[str, Any], why: str
 
 
 def test_a_follow_needs_a_scene_for_each_pose() -> None:
-    """`follow` refuses a list of another length and what is no scene."""
+    """`follow` raises a SceneError for a list of another length, a function that returns no scene, and the
+    name of a file.
+    """
     for scene, why in (([passing(0.0)], "is 1, wanted one Scene by itself for all poses, or one for each"),
                        ([3] * 60, r"scene\[0\]"),
                        (lambda s: 3, r"scene\[0\]"), ("cell", r"load_scene\(")):  # fmt: skip

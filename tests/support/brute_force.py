@@ -20,8 +20,8 @@ def margins(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
 
 
 def finds_a_way(arm: aa.Arm, path: aa.Path, gc: int, margin: float, start: np.ndarray | None = None) -> bool:
-    """Whether solutions in branch gc on a grid of psi connect s = 0 and 1, all with at least `margin` (rad)
-    to limits and singularities, from next to `start` if it is given.
+    """Whether solutions in branch gc on a grid of psi connect s = 0 and 1 in steps below MOVE, all with at
+    least `margin` (rad) to limits and singularities, the first within MOVE of `start` if it is given.
     """
     grid = np.linspace(-np.pi, np.pi, GRID, endpoint=False)
     before = live = None
@@ -46,7 +46,7 @@ def finds_a_way(arm: aa.Arm, path: aa.Path, gc: int, margin: float, start: np.nd
 
 def planar_motion(arm: aa.Arm, rng: np.random.Generator) -> tuple[aa.Line, np.ndarray]:
     """A random line in the plane of joints 2, 4, 6, and joints (201, 7) along it from plane trigonometry,
-    0.03 rad within the limits.
+    0.03 rad within the limits; for an arm as the iiwa, without elbow offset, base and tool.
     """
     s, bend = np.linspace(0, 1, 201), [1, 3, 5]
     while True:

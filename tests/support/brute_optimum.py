@@ -28,8 +28,8 @@ class Best(NamedTuple):
 
 
 def near(case: Case, q: np.ndarray) -> np.ndarray:
-    """The cost (...) of joints (..., 7) for being near limits and singularities; infinite beyond limits or
-    margins.
+    """The cost (...) of joints (..., 7) for being near limits (but those of joint 4) and the singularities of
+    joints 2 and 6; infinite beyond limits or margins.
     """
     arm, weights = case.arm, case.objective
     hinges = np.abs(np.angle(np.exp(1j * (arm.geometry.signs * q + arm.geometry.offsets)[..., [1, 5]])))
@@ -49,7 +49,9 @@ def shares(case: Case) -> np.ndarray:
 
 
 def search(case: Case) -> Best | None:
-    """The best path on the grid over all branches, or in the branch of the start; None if there is none."""
+    """The best path on the grid over all branches, or from the start in its branch; None if there is none.
+    The goal of the case is ignored.
+    """
     arm = case.arm.with_(reference="stereographic")
     branches = range(8) if case.start is None else [int(arm.forward(case.start)[2])]
     found = [way for gc in branches if (way := _in_branch(case, arm, gc)) is not None]

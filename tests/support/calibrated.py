@@ -21,7 +21,7 @@ Z = np.array([0.0, 0.0, 1.0])
 
 
 def off(links: Array, mm: float, mrad: float, rng: np.random.Generator) -> Array:
-    """Links moved by random translations and rotations, root mean squares `mm` and `mrad`."""
+    """Links (8, 4, 4) moved by random translations and rotations of root mean square `mm` and `mrad`."""
     shifts, turns = (size * 1e-3 / 3**0.5 * rng.normal(size=(8, 3)) for size in (mm, mrad))
     return np.array([link @ aa.pose(s, rotvec=t) for link, s, t in zip(links, shifts, turns, strict=True)])
 
@@ -54,7 +54,7 @@ def plain_forward(arm: aa.Arm, q: Array) -> Array:
 
 
 def postures(arm: aa.Arm, n: int, *seed: int) -> Array:
-    """Random joint values (n, 7) within the limits."""
+    """Random joint values (n, 7) within the limits, which must be finite."""
     return generator(*seed).uniform(arm.lower, arm.upper, (n, 7))
 
 

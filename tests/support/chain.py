@@ -41,7 +41,7 @@ def shift(x: float, y: float, z: float) -> Array:
 
 
 def frame_from(origin: ElementTree.Element | None) -> Array:
-    """Return the frame (4, 4) of an ``<origin>``."""
+    """Return the frame (4, 4) of an ``<origin>``, the identity of None."""
     if origin is None:
         return np.eye(4)
     xyz = [float(v) for v in origin.get("xyz", "0 0 0").split()]
@@ -154,7 +154,7 @@ def urdf_of(arm: Any, rng: np.random.Generator, clutter: bool = True) -> str:
     """Return a URDF of a :class:`RandomArm` in random frames: ``root`` to ``tip``.
 
     Joint origins slide along their axes, link frames are turned at random, axes are not unit,
-    fixed joints come between, and a gripper and a second arm hang on.
+    fixed joints may come between; with `clutter` a finger hangs on the tip and another joint on the root.
     """
     points, directions = arm.axes()
     tip = dh_forward(arm, np.zeros(7))
@@ -217,8 +217,8 @@ LIMIT = '<limit lower="-1" upper="2"/>'
 
 
 def broken_chain(joint: int, frame, seed: int = 0) -> Chain:
-    """Return the chain of a simple arm in which joint `joint` (from 0) and all after it are moved by
-    a frame.
+    """Return the chain of a simple arm in which joint `joint` (from 0) and all after it are moved by a frame,
+    given in the joint before.
     """
     made = RandomArm(np.random.default_rng(seed), right_angles=True)
     made.base, made.tool, made.offsets = np.eye(4), np.eye(4), np.zeros(7)

@@ -214,7 +214,7 @@ def misleading(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> d
 
 
 def judge(case: Case, rng: np.random.Generator, angles: int) -> Verdict:
-    """Compare a case's arcs with solutions at random arm angles and near the ends of the arcs."""
+    """Compare a case's arcs with solutions at `angles` arm angles, random or near the ends of the arcs."""
     arm, pose, gc, out = case.arm, case.pose, case.gc, Verdict()
     arcs = arm.feasible(pose, gc)
     psi = rng.uniform(-np.pi, np.pi, angles)

@@ -74,8 +74,8 @@ def _catalogue() -> list[aa.Arm]:
 
 
 def delicate(number: int, seed: int) -> Delicate:
-    """Return the case that `number` and `seed` draw: q near singularities or limits; `near` is q, close to
-    it, or anywhere.
+    """Return the case that `number` and `seed` draw: q mostly near singularities or limits, some joints
+    locked in some cases; `near` is q, close to it, or anywhere.
     """
     rng = np.random.default_rng([number, seed, 78])
     arm = _catalogue()[int(rng.integers(len(_catalogue())))]
@@ -135,8 +135,8 @@ class DelicateOffset:
 
 
 def delicate_offset(number: int, seed: int, arm: aa.Arm) -> DelicateOffset:
-    """Return the case that `number` and `seed` draw: theta_2, elbow or theta_5 of q near a singularity;
-    `near` is q, close to it, or anywhere.
+    """Return the case that `number` and `seed` draw: none, some or all of theta_2, elbow and theta_5 of q
+    near a singularity; `near` is q, close to it, or anywhere.
     """
     rng = np.random.default_rng([number, seed, 91])
     low, high = np.maximum(arm.lower, -4.0), np.minimum(arm.upper, 4.0)  # of a joint without limits, any

@@ -17,7 +17,9 @@ HOME = np.array([0.1, 0.0, 0.2, -1.5, 0.3, 1.0, 0.4])
 
 
 def calm(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
-    """The configurations at least 0.2 rad from singularities; with an offset, those of small derivatives."""
+    """Those of the configurations about 0.2 rad or more from singularities; of an arm with an offset, those
+    at which no derivative of the inverse reaches 20.
+    """
     if arm.redundancy != "arm_angle":
         return q[np.abs(aa.gradients.inverse(arm, *arm.forward(q), on_error="nan")).max(axis=(1, 2)) < 20.0]
     return q[(np.abs(np.sin(bends(arm, q))) > 0.2).all(axis=1)]
@@ -41,7 +43,7 @@ def postures(name: str, count: int, *seed: int) -> tuple[aa.Arm, np.ndarray]:
 
 
 def moved(pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-    """Poses after a small twist (v, omega) in base coordinates: translation, and rotation vector."""
+    """Poses after a twist (..., 6) in base coordinates: translation (m), then rotation vector (rad)."""
     out = aa.pose(np.zeros(3), rotvec=twist[..., 3:]) @ pose
     out[..., :3, 3] = pose[..., :3, 3] + twist[..., :3]
     return out

@@ -85,9 +85,8 @@ def truth(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Truth:
 
 
 def _sensitivity(arm: aa.Arm, q: Array) -> Array:
-    """By how much a joint's rounding error exceeds that of the pose: 1 / |sin| of its bend.
-
-    Where the bend vanishes on the whole circle the library's convention takes its place: nothing grows.
+    """By how much the rounding error of joints 1, 3, 5, 7 exceeds that of the pose: 1 / |sin| of the bend; 0
+    for the others, and 1 where the bend vanishes on the whole circle and the library's convention holds.
     """
     sine = np.abs(np.sin(bends(arm, q)))
     whole = sine.max(axis=1, keepdims=True) <= 1e-13

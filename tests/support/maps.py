@@ -58,8 +58,8 @@ def small_tiles(monkeypatch: pytest.MonkeyPatch, cells: int = CELLS) -> None:
 def made(
     name: str, place: Path, *, spacing: float = 0.05, tilt: float = 0.2, margin: float = 0.0, **options: Any
 ) -> aa.ReachMap:
-    """Compute the map of an arm of the catalogue in the folder `place`; with these defaults it has a few
-    tiles.
+    """Compute the map of an arm of the catalogue in the folder `place`, with `margin` (rad) to singularities;
+    with these defaults it has a few tiles.
     """
     arm = aa.Arm.from_catalogue(name).with_(singularity_margin=margin)
     return aa.reach_map(arm, place, spacing=spacing, tilt=tilt, **options)
@@ -68,7 +68,7 @@ def made(
 def process(
     name: str, place: Path, *, spacing: float, tilt: float, cluster: bool = False
 ) -> subprocess.Popen[str]:
-    """Start a process that computes a map, with two threads or a Dask worker."""
+    """Start a process that computes a map, with two threads or a Dask worker; `spacing` in m, `tilt` in rad."""
     script = _SCRIPT.format(spacing=spacing, tilt=tilt, cluster=cluster, threads=2, peak=False)
     words = [sys.executable, "-c", script, name, str(place), str(CELLS)]
     return subprocess.Popen(
@@ -77,8 +77,8 @@ def process(
 
 
 def peak(name: str, place: Path, *, spacing: float, tilt: float) -> float:
-    """The largest memory (MB) of a process that computes a map with one thread and tiles of the
-    usual size.
+    """The largest memory (MiB) of a process that computes a map with one thread and the present size of
+    tiles.
     """
     script = _SCRIPT.format(spacing=spacing, tilt=tilt, cluster=False, threads=1, peak=True)
     words = [sys.executable, "-c", script, name, str(place), str(grid._CELLS)]

@@ -54,7 +54,7 @@ def begun(start: Any, *words: Any, **options: Any) -> aa.Tracker:
 def refused(
     error: type[BaseException], said: str, call: Callable[..., object], *words: Any, **options: Any
 ) -> None:
-    """Check that a call raises this error with this text."""
+    """Check that a call raises this error with a message in which the pattern `said` is found."""
     with pytest.raises(error, match=said):
         call(*words, **options)
 
@@ -87,10 +87,10 @@ def slopes_hold(result: aa.JointPath, s: Any, h: float = 1e-6, atol: float = 1e-
 def just_inside(
     result: aa.JointPath, joints: Any = range(7), where: Any = None, loose: float | None = 1e-3
 ) -> int:
-    """Check that a plan with a limit just inside the needed range fails and with one `loose` outside
-    succeeds. Return how many limits were tried.
+    """Check that the certificate of a plan's curve fails at a joint's extreme if a limit is 1e-6 rad inside
+    of it, and holds there if it is `loose` (rad; None: not tried) outside. Return how many limits were tried.
 
-    `where` says of which rows of DENSE an extreme counts.
+    `where(row)` says whether an extreme at this row of DENSE counts.
     """
     x, q, found = result.curve, result.at(DENSE).q, 0
     for joint in joints:

@@ -75,7 +75,9 @@ class Case:
                 yield name, q
 
     def _tried(self) -> Iterator[tuple[str, np.ndarray]]:
-        """Yield all simple motions: a constant arm angle, and others, with their names."""
+        """Yield simple motions and their names: constant arm angles of two references, and with a start those
+        of `follow` with `Centre`.
+        """
         poses = self.path.pose(EVEN)
         first = self.start
         for reference in ("base axis", "stereographic"):
@@ -102,7 +104,7 @@ class Case:
 
 
 def case(seed: int, kind: str | None = None) -> Case:
-    """Return a random path of a kind, drawn from a seed."""
+    """Return a random case drawn from a seed, of this kind or the one whose turn it is."""
     rng = np.random.default_rng([713, seed])
     kind = kind or KINDS[seed % len(KINDS)]
     arm = random_arm(rng) if kind in ("short", "weights", "margins", "corner") else IIWA

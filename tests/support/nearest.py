@@ -69,7 +69,7 @@ class Case:
         return self.keeping().solutions(self.pose, self.near, **self._asked())
 
     def arcs(self) -> aa.ArcSet:
-        """Return the permitted arm angles of each branch, shape (8,)."""
+        """Return the permitted arm angles of each of the 8 branches, whatever `gc`."""
         arcs = self.keeping().feasible(self.pose)
         return arcs if self.allowed is None else arcs & self.allowed
 
@@ -155,7 +155,9 @@ def narrowed(case: Case) -> Case:
 
 
 def brute_force(case: Case, grid: int) -> float:
-    """Return the least cost on a grid of psi in all branches, improved by golden section."""
+    """Return the least cost on `grid` arm angles in the case's branches, improved by golden section; infinite
+    if there is none.
+    """
     psi = np.linspace(-np.pi, np.pi, grid, endpoint=False)
     arm, arcs = case.arm, case.arcs()
     gc = np.array([one for one in case.gc if not arcs[one].is_empty], dtype=np.int64)

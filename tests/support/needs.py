@@ -41,7 +41,7 @@ class _Later(ModuleType):
 
 
 def need(name: str) -> ModuleType:
-    """Return a module that the package itself does not need, or skip."""
+    """Return a module that the package itself does not need, imported when first used; skip without it."""
     try:
         found = importlib.util.find_spec(name)
     except ImportError:
@@ -75,7 +75,7 @@ def case(name: str) -> Path:
 
 
 def model(name: str) -> Path:
-    """Return the path of a real robot file, or skip."""
+    """Return the path of the real robot file `name`.urdf, or skip."""
     path = MODELS / f"{name}.urdf"
     if not path.is_file():
         no_models(f"no robot file {path}")

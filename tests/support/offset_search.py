@@ -13,8 +13,8 @@ NEAR = 4
 
 
 def can_follow(arm: aa.Arm, poses: np.ndarray, places: int = 121, most: float = 0.3) -> bool:
-    """Whether a branch has solutions at all poses (n, 4, 4) with joint steps of at most `most` (rad), on a
-    grid of the free joint.
+    """Whether a branch has solutions at all poses (n, 4, 4) with joint steps of at most `most` (rad), if the
+    free joint has `places` places and moves at most NEAR of them from pose to pose (False proves nothing).
     """
     joint = int(arm.redundancy[-1]) - 1
     low, high = max(arm.lower[joint], -np.pi), min(arm.upper[joint], np.pi)

@@ -33,8 +33,8 @@ DIGITS = 50
 
 
 def parked(arm: aa.Arm, rng: np.random.Generator) -> Array:
-    """Return joints (7,) within limits with some of joints 2, 4, 6 (and others) 1e-13 to 1e-5 rad from
-    singular.
+    """Return joints (7,) within limits with some of joints 2, 4, 6, in half of the cases also the others,
+    about 1e-13 to 1e-5 rad from 0 (joint 4: from stretched) if the limits allow it.
     """
     near = np.full(7, rng.random() < 0.5)
     near[list(HINGES)] = rng.random(3) < 0.5
@@ -50,7 +50,9 @@ def parked(arm: aa.Arm, rng: np.random.Generator) -> Array:
 
 
 def at_limit(arm: aa.Arm, rng: np.random.Generator) -> Array:
-    """Return joints (7,) with joint 2 or 6 exactly at a limit and the elbow within 1e-5 rad of stretched."""
+    """Return joints (7,) with joint 2 or 6 exactly at a limit, and the elbow stretched or about 1e-13 to 1e-5
+    rad from it if its limits allow it.
+    """
     straight = (arm.geometry.delta - arm.geometry.offsets[3]) * arm.geometry.signs[3]
     q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi))
     q[3] = straight - 2 * np.pi * np.round(straight / (2 * np.pi))
@@ -146,7 +148,9 @@ class SelfMotion:
         return True
 
     def branches(self, inside: float, samples: int) -> int:
-        """Return bits of the branches that have a sampled solution within the limits."""
+        """Return the sum of 2^gc over branches with a solution at least `inside` (rad) within the limits at
+        one of `samples` angles phi.
+        """
         held = 0
         for k in range(samples):
             for elbow in (1, -1):
@@ -157,7 +161,7 @@ class SelfMotion:
 
 
 def _three(x: Any, y: Any, z: Any, sign: int) -> tuple[Any, Any]:
-    """Two angles of a direction (x, y, z), for a sign of the second."""
+    """Azimuth and angle to z of a direction (x, y, z), the second with this sign."""
     return mpmath.atan2(sign * y, sign * x), sign * mpmath.atan2(mpmath.sqrt(x * x + y * y), z)
 
 

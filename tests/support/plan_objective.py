@@ -30,7 +30,9 @@ class Terms:
 
 
 def length(arm: aa.Arm, path: aa.Path, steps: int = 2001) -> float:
-    """By how much a path rotates wrist direction, tool and elbow, rad; at least 1e-4."""
+    """The length of a path, rad: the sum over steps of the largest of the rotations of wrist direction, elbow
+    and tool; at least 1e-4.
+    """
     frames = arm.frames(np.zeros(7))
     shoulder = frames[1, :3, 3]
     poses = path.pose(np.linspace(0, 1, steps))
@@ -57,8 +59,8 @@ def margin_scale(arm: aa.Arm, path: aa.Path) -> float:
 
 
 def nearness(distance: np.ndarray, enough: float, floor: float = FLOOR) -> np.ndarray:
-    """The cost (...) of distances (..., k), rad, from limits, 0 from `enough` on; below `floor` its
-    tangent.
+    """The cost (...) of distances d (..., k), rad, from limits, summed over k: (0.2 / d - 0.2 / enough)^2,
+    below `floor` its tangent; 0 from `enough` on, and everywhere if `enough` is at most FLOOR.
     """
     if enough <= FLOOR:
         return np.zeros(distance.shape[:-1])
@@ -77,7 +79,9 @@ def terms(
     arm: aa.Arm, path: aa.Path, q: np.ndarray, enough: float = ENOUGH, limit_margin: float = 0.0,
     singularity_margin: float = 0.0,
 ) -> Terms:  # fmt: skip
-    """The terms of joints (N, 7) at equal steps of s from 0 to 1."""
+    """The terms of joints (N, 7) at equal steps of s from 0 to 1: limits but those of joint 4, singularities
+    of joints 2 and 6.
+    """
     moving = [0, 1, 2, 4, 5, 6]
     steps = np.diff(q, axis=0)
     theta = arm.geometry.signs * q + arm.geometry.offsets
@@ -117,8 +121,8 @@ def reversals(q: np.ndarray, still: float = 1e-3) -> int:
 
 
 def free_lines(arm: aa.Arm, length: float, number: int) -> list[tuple[np.ndarray, aa.Line, aa.JointPath]]:
-    """Random joints, a line from their pose, and the motion along it at a constant arm angle. All limits are
-    6 degrees away.
+    """`number` times random joints, a line of `length` (m) from their pose, and the motion along it at a
+    constant arm angle, 6 degrees from all limits, and from 0 in joints 2 and 6.
     """
     rng, found = np.random.default_rng(1), []
     while len(found) < number:

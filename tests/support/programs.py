@@ -21,7 +21,9 @@ QUICK = "clang++" if shutil.which("clang++") else "g++"
 
 @functools.cache
 def counts(name: str, *flags: str, compiler: str = QUICK) -> dict[str, float]:
-    """Compile and run a program of `tests/package/cpp`, and return the numbers that it prints by name."""
+    """Compile a program of `tests/package/cpp` with $CXX or `compiler`, run it, and return the numbers that
+    it prints by name.
+    """
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / name
         built = [*flags, "-std=c++20", "-ffp-contract=off", "-pthread", f"-I{ROOT / 'include'}"]

@@ -122,7 +122,7 @@ def bends(arm: aa.Arm, q: Array) -> Array:
 
 
 def finite_limits(arm: aa.Arm) -> tuple[Array, Array]:
-    """The limits, ±π where there are none, two arrays (7,)."""
+    """The limits, cut to -π and π where they are farther out, two arrays (7,)."""
     return np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
 
 
@@ -186,7 +186,9 @@ _MAKERS = dict(zip(REGIMES, (uniform, near_singular, singular, on_limit, at_reac
 
 
 def postures(arm: aa.Arm, regime: str, n: int, seed: int = 0) -> Array:
-    """Joint values of a regime, shape (m, 7) with m <= n: those where the arm angle exists."""
+    """Joint values of a regime, shape (m, 7) with m <= n: those where the arm angle exists. Bends that a
+    regime sets may lie beyond the limits.
+    """
     rng = draw.generator(seed, REGIMES.index(regime))
     q = _MAKERS[regime](arm, n, rng)
     return q[~np.isnan(arm.forward(q, on_error="nan")[1])]

@@ -48,7 +48,7 @@ def rotation(vectors: Array) -> Array:
 
 
 def posture(arm: aa.Arm) -> Array:
-    """Return joints far from limits, at which a stream begins."""
+    """Return joints far from limits and singularities, at which a stream begins: of POSTURES, or searched."""
     given = POSTURES.get(arm.name or "")
     if given is not None:
         return np.radians(given)
@@ -136,7 +136,7 @@ def stream(
 
 
 def judged(arm: aa.Arm, true: Array, dt: float) -> NDArray[np.bool_]:
-    """Return in which cycles the hand is in reach and has been so for `REST` s."""
+    """Return in which cycles the pose has a solution within limits and has had one for the `REST` s before."""
     ok = np.asarray(arm.solve(true).ok)
     blocked = np.where(ok, -1, np.arange(len(ok)))
     last = np.maximum.accumulate(blocked)

@@ -59,8 +59,8 @@ def hostile(arm: aa.Arm, rng: np.random.Generator) -> Array:
 
 
 def check_bounds(arm: aa.Arm, q: Array, dt: Array, hardest: float = HARDEST) -> None:
-    """Check that joints (n + 1, 7) stay within limits, velocities and accelerations, and can brake before
-    limits.
+    """Check that joints (n + 1, 7), at rest at first, in cycles dt (n,) stay within limits, the arm's
+    velocities and the acceleration `hardest` (rad/s^2), and can brake before limits.
     """
     v = np.diff(q, axis=0) / dt[:, None]
     before = np.concatenate([np.zeros((1, 7)), v[:-1]])
@@ -86,7 +86,7 @@ READY = [0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4]
 
 
 def start_of(arm: aa.Arm) -> Array:
-    """The joints at which a run of this arm begins."""
+    """The joints at which a run of this arm begins: READY with an offset, otherwise `streams.posture`."""
     return np.array(READY) if arm.kind.startswith("offset") else streams.posture(arm)
 
 
@@ -105,7 +105,9 @@ def command(arm: aa.Arm, rng: np.random.Generator) -> Array:
 
 
 def differences(q: Array, dt: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Velocity, acceleration and jerk of rows that begin at rest, and the rounding error of each."""
+    """Velocity, acceleration and jerk (n, 7) of joints (n + 1, 7) that begin at rest, in cycles dt (n,), then
+    the rounding error of each (n, 1).
+    """
     step = dt[:, None]
     ulp = np.spacing(np.abs(q).max())
     v = np.diff(q, axis=0) / step
@@ -119,7 +121,9 @@ def differences(q: Array, dt: Array) -> tuple[Array, Array, Array, Array, Array,
 
 
 def check_jerk(arm: aa.Arm, q: Array, dt: Array, jerk: object, hardest: object = HARDEST) -> None:
-    """Check that joints (n + 1, 7), at rest at first, keep limits, velocities, accelerations and jerks."""
+    """Check that joints (n + 1, 7), at rest at first, keep limits, the arm's velocities, the acceleration
+    `hardest` (rad/s^2) and `jerk` (rad/s^3), each for all joints or (7,).
+    """
     v, a, j, v_off, a_off, j_off = differences(q, dt)
     assert np.isfinite(q).all()
     assert (q >= arm.lower).all()

@@ -33,10 +33,12 @@ def from_core(points: Floats, shape: Any) -> Floats:
 
 
 def least_along(core: Any, far: float, begin: Floats, end: Floats, *others: Floats) -> Floats:
-    """The least value of the convex function core(points, *others) on each segment (..., 3).
+    """The least value of the convex function core(points, *others), of slope at most 1, on each segment (...,
+    3).
 
-    What is certainly not below `far`, by the distance of the middle, is that lower bound.
+    If the value in the middle less half the length reaches `far`, that lower bound.
     """
+
     out = np.array(core((begin + end) / 2, *others) - np.linalg.norm(end - begin, axis=-1) / 2)
     near = out < far
     start, along, rest = begin[near], (end - begin)[near], [other[near] for other in others]
