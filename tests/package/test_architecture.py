@@ -87,7 +87,7 @@ CORE_FILES = [path.relative_to(HEADERS) for path in sorted(HEADERS.rglob("*.hpp"
 
 
 def pointing_up() -> list[str]:
-    """Imports and includes that do not point down."""
+    """Sentences on the imports and includes that do not point down."""
     wrong = []
     for path in FILES:
         own = python_room(path)
@@ -155,7 +155,7 @@ def test_a_line_put_wrong_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.parametrize("pattern, home", [(r"std::vector", "plan"), (r"std::thread", "batch")])
 def test_claims_hold_by_folder(pattern: str, home: str) -> None:
-    """`plan/` allocates, `batch/` starts threads; nothing else does."""
+    """Of the headers, those of `plan/` alone name std::vector, those of `batch/` alone std::thread."""
     found = {path for path in CORE_FILES if re.search(pattern, (HEADERS / path).read_text(encoding="utf-8"))}
     assert {core_room(path) for path in found} == {home}, found
 
@@ -164,7 +164,7 @@ STARTS_THREADS = re.compile(r"\b(?:Thread|ThreadPoolExecutor|ProcessPoolExecutor
 
 
 def test_threads_start_where_the_page_says() -> None:
-    """Threads start in the files that docs/architecture.md names, and in no other."""
+    """Three files of the Python package start threads or processes, and docs/architecture.md names them."""
     found = {
         path.relative_to(SOURCES).as_posix()
         for path in FILES
@@ -176,7 +176,7 @@ def test_threads_start_where_the_page_says() -> None:
 
 
 def test_single_files_of_the_package_are_told() -> None:
-    """docs/architecture.md names the files that lie beside the folders."""
+    """docs/architecture.md names the files that lie beside the folders, but for those of the lowest layer."""
     page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     ground = set(ORDER["python"][0]["ordered"])
     for path in FILES:
@@ -188,7 +188,7 @@ JOINT_MAP = re.compile(r"\bsigns(?:\[[^\]]*\])? \*|\* (?:\w+\.)*signs\b(?!\[:)")
 
 
 def test_the_joint_map_stands_in_one_place() -> None:
-    """Theta = s q + o is `joint_map.hpp`; Python asks `arm/joint_map.py`."""
+    """No Python file of the package multiplies by `signs`: theta = s q + o is asked of `joint_map.hpp`."""
     assert JOINT_MAP.search("theta = arm.signs * q + arm.offsets")
     assert JOINT_MAP.search("(theta - offset) * self.signs") and JOINT_MAP.search("arm.signs[joint] * angle")
     assert not [path for path in FILES if JOINT_MAP.search(path.read_text(encoding="utf-8"))]
@@ -245,7 +245,7 @@ SUBJECTS = {
 
 
 def test_a_header_defines_what_it_is_named_after() -> None:
-    """`x.hpp` defines x, X, or the plural of one of them."""
+    """`x.hpp` defines x, X, or the plural or singular of one of them, unless x is one of SUBJECTS."""
     for path in (path for path in CORE_FILES if path.stem not in SUBJECTS):
         ones = (path.stem, "".join(word.capitalize() for word in path.stem.split("_")))
         names = {

@@ -45,7 +45,7 @@ def asked(count: int) -> tuple[Any, Any, Any]:
 
 @pytest.mark.parametrize("library", ["numpy", "torch", "jax"])
 def test_the_joints_are_those_of_the_core(inverse: Any, library: str) -> None:
-    """The example has the joints of `Arm.inverse` with NumPy, torch and JAX."""
+    """The example has the joints of `Arm.inverse`, up to turns, with NumPy, torch and (in float32) JAX."""
     pose, psi, gc = asked(200)
     wanted, tolerance = arm().inverse(pose, psi, gc, limits=False), 1e-11
     if library == "torch":

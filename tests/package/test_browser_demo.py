@@ -60,7 +60,7 @@ def same_arcs(found: list[list[float]], wanted: aa.ArcSet) -> bool:
 
 
 def check(now: dict[str, Any]) -> None:
-    """Compare what the page was answered with what Python says of the same arm and ball."""
+    """Compare an answer of the page (see NUMBERS) with what Python says of the same arm, pose and ball."""
     asked = np.array(now["asked"])
     pose, gc = asked[:16].reshape(4, 4), int(asked[17])
     assert same_arcs(now["within"], ARM.feasible(pose, gc))
@@ -78,7 +78,9 @@ def test_the_code_is_small(code: bytes) -> None:
 
 
 def test_the_page_has_the_numbers_of_python_and_follows_a_hand(page: Any) -> None:
-    """The demo has Python's numbers, before and after a drag, in another branch and out of reach."""
+    """The demo has Python's numbers before and after a drag and in another branch, and out of reach it shows
+    the sentence of the status.
+    """
     first = page.evaluate(NUMBERS)
     assert first["status"] == 0
     check(first)

@@ -110,11 +110,11 @@ UNITS = orders(len(WAYS)) + [[header] for header in ALONE if draw.COUNT]
 
 @pytest.mark.parametrize("number", range(len(UNITS)))
 def test_headers_need_only_what_they_include_behind_foreign_macros(number: int, tmp_path: Path) -> None:
-    """They leave the macros as they are; `min` and `max` the standard library removes itself.
+    """Headers in several orders compile behind FOREIGN_MACROS with strict warnings, and leave these as they
+    are; `min` and `max` the standard library removes itself.
 
-    Strict warnings, both compilers by turns, and every instruction set, which has lines of its own. The
-    examples behind all headers are where templates are used. `make thorough` takes both compilers for each,
-    and compiles each header alone too.
+    Compilers and instruction sets take turns. The examples behind all headers use the templates. `make
+    thorough` takes both compilers for each, and compiles each header alone too.
     """
     lines = [f"#undef {word}\n#define {word} )) macro ((" for word in FOREIGN_MACROS]
     lines += [f"#include <armangle/{header}>" for header in UNITS[number] for _ in range(2)]
@@ -143,7 +143,7 @@ def test_an_older_standard_is_one_error_that_names_the_one_needed(header: str, c
 
 
 def test_fast_math_is_refused() -> None:
-    """The headers refuse -ffast-math."""
+    """g++ with -ffast-math gets an error of armangle.hpp that asks for IEEE arithmetic."""
     ends = ["-Wfatal-errors", "-fsyntax-only", "-x", "c++", "-"]
     command = [need_tool("g++"), "-std=c++20", "-ffast-math", f"-I{INCLUDE}", *ends]
     program = "#include <armangle/armangle.hpp>\n"
@@ -166,7 +166,8 @@ LISTINGS = [
 
 @pytest.mark.parametrize(("code", "compiler"), LISTINGS)
 def test_a_listing_compiles_as_printed(code: str, compiler: str, tmp_path: Path) -> None:
-    """A whole program runs too; ROS is a stand-in, and KDL the library itself.
+    """A C++ listing of the pages compiles with strict warnings, and a whole program runs and prints; ROS is a
+    stand-in, and KDL the library itself.
 
     Compilers take turns; `make thorough` takes both.
     """
@@ -240,7 +241,7 @@ def examples(package: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_posture_example_prints_the_numbers_of_python(arm: aa.Arm, examples: Path) -> None:
-    """examples/cpp/posture prints psi, gc, pose, joints and arcs of Python."""
+    """examples/cpp/posture prints psi, gc, position, joints and arcs of Python."""
     printed = table(run(examples / "posture"))
     pose, psi, gc = arm.forward(np.radians(START_DEG))
     assert printed["psi_deg"][0][0] == pytest.approx(58.58816372916817, abs=1e-11)
@@ -254,7 +255,7 @@ def test_the_posture_example_prints_the_numbers_of_python(arm: aa.Arm, examples:
 
 
 def test_the_follow_example_prints_the_numbers_of_python(arm: aa.Arm, examples: Path) -> None:
-    """examples/cpp/follow prints the joints, psi and margins of `follow`."""
+    """examples/cpp/follow prints the last joints, and psi and margins of all poses, of `follow`."""
     printed = table(run(examples / "follow"))
     pose = arm.forward(np.radians(START_DEG))[0]
     poses = np.repeat(pose[None], 101, axis=0)
@@ -267,7 +268,7 @@ def test_the_follow_example_prints_the_numbers_of_python(arm: aa.Arm, examples: 
 
 
 def test_the_control_loop_does_not_allocate(examples: Path) -> None:
-    """2 s at 1 kHz; the worst step is printed and not judged: other programs share the machine."""
+    """examples/cpp/realtime makes 2000 steps without failure or allocation; its worst time is not judged."""
     printed = table(run(examples / "realtime", 2))
     assert printed["steps"] == [[2000.0]]
     assert printed["failed"] == printed["allocations"] == [[0.0]]

@@ -150,7 +150,7 @@ def test_pages_show_the_command_line() -> None:
 
 
 def test_the_pages_link_to_the_repository_that_is_stated(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The pages link to the repository of the package's metadata."""
+    """docs/conf.py takes the repository that pages link to from the package's metadata."""
     stated = Message()
     stated["Project-URL"] = "Repository, https://example.org/armangle"
     monkeypatch.setattr(metadata, "metadata", lambda _: stated)
@@ -381,7 +381,7 @@ def test_on_a_phone_what_to_call_is_seen_whole(site: Path, browser: Any, edges: 
 
 
 def test_code_can_be_copied_without_prompts(site: Path, browser: Any) -> None:
-    """Every listing of a page has a button that copies it."""
+    """Every listing of the page guides/solve has a button that copies it."""
     view = browser.new_page()
     view.goto((site / "guides" / "solve.html").as_uri())
     buttons = view.locator("button.copybtn")
@@ -390,7 +390,7 @@ def test_code_can_be_copied_without_prompts(site: Path, browser: Any) -> None:
 
 
 def test_every_page_leads_on_and_says_the_version(site: Path) -> None:
-    """Pages have links to the next and previous one, and the version."""
+    """Four pages of different chapters have links to the next and previous one, and the version."""
     for name in ("tutorial", "guides/paths", "guides/control_loop", "background/paths"):
         page = (site / f"{name}.html").read_text(encoding="utf-8")
         assert 'class="next-page"' in page and 'class="prev-page"' in page

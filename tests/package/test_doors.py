@@ -125,14 +125,14 @@ def test_laws_without_settings_take_the_seed_of_the_day() -> None:
 
 
 def test_wheels_hold_every_level() -> None:
-    """The targets that make wheels build all instruction sets."""
+    """`make wheels`, `manylinux` and `levels` build all instruction sets."""
     for target in ("wheels", "manylinux", "levels"):
         assert "ARMANGLE_LEVELS=all " in commands(target)
 
 
 @pytest.mark.parametrize("level", ["avx512", "avx2", "sse2", "base"])
 def test_the_benchmark_in_cpp_has_the_flags_of_the_library(level: str, tmp_path: Path) -> None:
-    """`run_cpp.level_flags` are the library's flags, which g++ takes."""
+    """`run_cpp.level_flags` has -O2 and the library's flags for floats, -march but for base; g++ takes them."""
     ask = f"import run_cpp; print(*run_cpp.level_flags({level!r}))"
     asked = subprocess.run(
         [sys.executable, "-c", ask], cwd=ROOT / "benchmarks", capture_output=True, text=True, check=True
@@ -192,7 +192,9 @@ def environment(clone: Path, pip: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_an_environment_that_is_there_is_kept_and_the_log_is_one_line(clone: Path) -> None:
-    """tools/environment asks pip to install and build once, and shows none of its output."""
+    """With a virtual environment, tools/environment calls pip twice to install (what is needed, then the
+    wheel) and once to build the wheel, and shows none of its output.
+    """
     done = environment(clone, 'echo "$1 $*" >> asked; echo noise')
     assert done.returncode == 0 and "noise" not in done.stdout + done.stderr
     asked = sorted((clone / "asked").read_text(encoding="utf-8").splitlines())

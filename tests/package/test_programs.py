@@ -32,7 +32,7 @@ def test_nothing_that_a_control_loop_calls_allocates() -> None:
     ids=["samples refute nothing proven", "what keeps clear is proven", "what is said to be broken is"],
 )
 def test_the_proof_of_a_stretch_of_a_path(family: str, many: str, least: int, none: str) -> None:
-    """prove_stretch.cpp finds no false proof, no near miss unproven, no false break."""
+    """prove_stretch.cpp finds no false proof, no stretch unproven that keeps all by 0.02, no false break."""
     found = counts("prove_stretch", "-O1", f"-DSAMPLES={2000 if draw.COUNT else 500}")
     assert found[f"{many}_{family}"] > least and found[f"{none}_{family}"] == 0, found
 
@@ -45,7 +45,9 @@ def test_forms_of_limits_of_offset_arms_vanish_at_the_joint_s_own_angle_within_a
 
 
 def test_every_root_of_a_form_is_enclosed_and_alone_at_nearly_all_postures() -> None:
-    """limit_forms.cpp: no root is missed, and under 1 % of enclosures may hold two."""
+    """limit_forms.cpp: an enclosure holds the joint's own angle at each ordinary posture, and at under 1 % of
+    them one may hold two roots.
+    """
     found = counts("limit_forms")
     assert found["missed"] == 0 and found["ordinary"] > 4000
     assert found["unsettled"] < 0.01 * found["ordinary"]

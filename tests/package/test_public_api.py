@@ -81,7 +81,7 @@ def test_every_field_is_in_the_docstring() -> None:
 
 
 def test_every_name_is_documented() -> None:
-    """The docstring of every public member begins with a sentence."""
+    """The first line of every public member's docstring ends with a full stop or a colon."""
     texts = {name: inspect.getdoc(v.fget if isinstance(v, property) else v) for name, v in MEMBERS.items()}
     assert [
         n for n, text in texts.items() if not (text or "").partition("\n")[0].rstrip().endswith((".", ":"))
@@ -128,7 +128,7 @@ def test_the_repr_of_an_arm_and_of_a_policy_is_itself() -> None:
 
 
 def test_a_path_is_a_frozen_value() -> None:
-    """Fields and arrays of a JointPath cannot be set."""
+    """The field `q` of a JointPath, and a number in it, cannot be set."""
     arm = arms()[3]
     q = (arm.lower + arm.upper) / 2 + 0.3
     path = aa.follow(arm, arm.forward(q)[0][None], start=q)

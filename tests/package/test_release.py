@@ -27,7 +27,7 @@ def plain(requirement: str) -> str:
 
 
 def test_the_recipe_of_conda_says_what_the_project_says(recipe: Any) -> None:
-    """The conda recipe has version, requirements and licence of pyproject.toml."""
+    """The conda recipe has the version of version.hpp, and requirements and licence of pyproject.toml."""
     assert VERSION and recipe["context"]["version"] == VERSION[1]
     needs = {name: {plain(r) for r in recipe["requirements"][name]} for name in ("host", "run")}
     assert {plain(r) for r in PROJECT["build-system"]["requires"]} <= needs["host"]
@@ -40,7 +40,7 @@ def test_the_recipe_of_conda_says_what_the_project_says(recipe: Any) -> None:
 
 
 def test_wheels_are_for_every_python_that_is_promised() -> None:
-    """cibuildwheel begins at the lowest Python and builds all levels and architectures."""
+    """cibuildwheel is told to begin at the lowest Python, and to build all levels and two architectures."""
     wheels = PROJECT["tool"]["cibuildwheel"]
     lowest = int(PROJECT["project"]["requires-python"].removeprefix(">=3."))
     assert wheels["build"].split()[0] == f"cp3{lowest}-*"

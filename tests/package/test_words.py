@@ -123,7 +123,7 @@ def test_the_repr_of_a_diagnosis_is_its_sentences() -> None:
 
 
 def test_no_repr_of_many_rows_floods_the_screen() -> None:
-    """Reprs of paths and arcs have less than 100 characters."""
+    """Reprs of paths, arcs, joint functions and waypoints have less than 100 characters."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(velocity=np.ones(7), acceleration=np.ones(7))
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     pose = arm.forward(q)[0]

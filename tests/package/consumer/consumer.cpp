@@ -34,7 +34,7 @@ armangle::Arm iiwa7() {
     return armangle::make_arm(p);
 }
 
-/// `inverse` of what `forward` says, with the joints as seed, has the pose.
+/// `inverse` of what `forward` says, with the joints as seed, has the position within 1e-14 m.
 void round_trips(const armangle::Arm& arm) {
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> joint(-1.9, 1.9);
@@ -135,6 +135,7 @@ void an_arm_without_links_reaches_nothing() {
 
 }  // namespace
 
+/// Checks all laws; the exit code is 1 if one does not hold.
 int main() {
     const armangle::Arm arm = iiwa7();
     check(reach_of(arm) == 0.8, "the reach is the sum of the links, in every translation unit");

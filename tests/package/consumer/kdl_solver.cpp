@@ -118,6 +118,7 @@ void refuses(const armangle::Arm& arm) {
 
 }  // namespace
 
+/// Checks all laws for both arms; the exit code is 1 if one does not hold.
 int main() {
     for (const bool plain : {true, false}) {
         solves_what_kdl_says(arm_of(plain));

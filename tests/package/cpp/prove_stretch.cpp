@@ -104,6 +104,7 @@ void look(const Arm& arm, const Place& place, Count& count) {
 
 }  // namespace
 
+/// Looks at up to 3000 stretches of each family and prints the counts of this file's head.
 int main() {
     Count offset, exact;
     for (int k = 0; k < 3000; ++k) {

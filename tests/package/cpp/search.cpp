@@ -53,6 +53,7 @@ double off(const Arm& arm, const double* q, const Pose<double>& pose) {
 
 }  // namespace
 
+/// Compares 60 searches of each kind with the grid and prints what was compared and what was wrong.
 int main() {
     ArmParameters p;
     p.d_bs = 0.34;

@@ -57,6 +57,7 @@ struct JointModelGroup {
 struct RobotModel {
     JointModelGroup group;
     std::function<Eigen::Isometry3d(const std::vector<double>&)> tip;  // the chain that the test has
+    /// The group "arm"; nullptr for any other name.
     const JointModelGroup* getJointModelGroup(const std::string& name) const {
         return name == "arm" ? &group : nullptr;
     }
@@ -107,6 +108,7 @@ protected:
         tip_frames_ = tips;
         redundant_joint_discretization_ = discretization;
     }
+    /// Writes the node's parameter to `to`, or `other` and returns false if it has none of the name.
     bool lookupParam(const rclcpp::Node::SharedPtr& node, const std::string& name, double& to, double other) {
         const auto at = node->numbers.find(name);
         to = at == node->numbers.end() ? other : at->second;

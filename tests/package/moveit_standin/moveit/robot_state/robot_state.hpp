@@ -9,7 +9,9 @@ public:
     explicit RobotState(const RobotModelConstPtr& model) : model_(model) {}
     void setJointGroupPositions(const JointModelGroup*, const std::vector<double>& q) { q_ = q; }
     void update() {}
+    /// The identity for "base", otherwise the pose of the tip at the joints that are set.
     Eigen::Isometry3d getGlobalLinkTransform(const std::string& link) const {
+
         return link == "base" ? Eigen::Isometry3d::Identity() : model_->tip(q_);
     }
 
