@@ -45,7 +45,7 @@ using Codes = ArrayHandle<Int8>;
 using Bytes = ArrayHandle<UInt8>;
 using Singles = ArrayHandle<Float32>;
 
-/// A view of an object's memory, released with it. Types and shapes are for the caller to check.
+/// A view of an object's memory; the destructor releases it. Types and shapes are for the caller to check.
 class Buffer {
 public:
     Buffer() = default;
@@ -93,7 +93,7 @@ public:
         return static_cast<T*>(view_.buf);
     }
 
-    /// Whether the view is a C-contiguous array of exactly these extents.
+    /// Whether the view is a C-contiguous array of exactly these extents and of this kind, as in is().
     bool is_array(char kind, std::initializer_list<Py_ssize_t> extents) const noexcept {
         if (!is(kind) || ndim() != static_cast<int>(extents.size())) return false;
         Py_ssize_t step = view_.itemsize;

@@ -49,7 +49,7 @@ struct Grown {
         data = own.get();
         capacity = wanted;
     }
-    /// Makes room for `more` values beyond the present ones.
+    /// Makes room for `more` values beyond the present ones, which are kept.
     void room_for(std::size_t more) {
         if (size + more > capacity) reserve(size + more + capacity / 2);
     }

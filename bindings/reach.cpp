@@ -18,7 +18,8 @@ using namespace armangle;
 
 namespace {
 
-/// Writes for each pose whether any branch and arm angle solves it.
+/// Writes 1 or 0 for each pose: whether any branch and psi solve it within the limits and a margin (rad) to
+/// singularities; raises for an invalid pose. Obstacles are ignored.
 template <class Handle>
 void reachable_many(const Handle& self, Floats pose, double margin, Ints out, int threads) {
     const Buffer in(pose), to(out, true);

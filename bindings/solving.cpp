@@ -175,8 +175,9 @@ void nearest_postures(const ChainArm& arm, const KeptOff& kept, const Pose<doubl
     armangle::nearest_postures(arm, kept.margin, pose, o, out, kept.scene);
 }
 
-/// Searches the solution of each pose. Writes q (n, 7), psi, distance, margin, gap (n,) as float64, gc (n,)
-/// as int64, status (n,) as int8.
+/// Searches the nearest solution of each pose, with `near` and `allowed` as in Work; raises for the first
+/// invalid pose or seed. Writes q (n, 7), psi, distance, margin (to the joint limits), gap (n,) as float64,
+/// gc (n,) as int64, status (n,) as int8.
 template <class Handle>
 void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,
                 Floats allowed_psi, Floats q, Floats psi, Ints gc, Floats distance, Codes status,

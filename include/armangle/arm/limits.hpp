@@ -16,7 +16,7 @@ struct Limits {
                                  infinity, infinity, infinity, infinity};
 };
 
-/// Whether a joint (0..6) has no limits, so that any of its revolutions is allowed.
+/// Whether a joint (0..6) has neither limit (both infinite), so that any of its revolutions is allowed.
 inline bool is_unlimited(const Limits& limits, int joint) noexcept {
     return limits.lower[joint] == -infinity && limits.upper[joint] == infinity;
 }

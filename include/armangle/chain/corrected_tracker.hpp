@@ -20,8 +20,8 @@ inline constexpr int passes = 10;       // repetitions of one control cycle
 inline constexpr double stays = 1e-12;  // m: a smaller change of the corrected target ends them
 }  // namespace chain_tuning
 
-/// The transform N(theta) T(theta)^-1 at joint values q, which takes a target of the true tool to that of the
-/// nominal tool.
+/// The transform N T^-1 of the tool poses N of the nominal and T of the true arm at joint values q, which
+/// takes a target of the true tool to that of the nominal tool.
 template <class AnyArm>
 Pose<double> correction(const AnyArm& arm, const double* q) noexcept {
     return tool_pose(nominal(arm), q) * inverted(tool_pose(arm, q));

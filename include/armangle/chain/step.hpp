@@ -23,8 +23,8 @@ public:
     /// The singularity margin (rad).
     double margin() const noexcept { return margin_; }
 
-    /// The psi and branch of joints q. If `carry` asks for the elbow or psi is undefined, psi is that of the
-    /// elbow axis on the circle of `pose`.
+    /// The psi and branch of joints q. If `carry` asks for the elbow, or psi is undefined at q, psi is that
+    /// of the elbow axis on the circle of `pose`.
     OnSelfMotion on(const double* q, const Pose<double>& pose, Carry carry) const noexcept {
         const Posture now = forward(*arm_, q);
         if (carry == Carry::psi && !is_nan(now.psi)) return {now.psi, now.gc};

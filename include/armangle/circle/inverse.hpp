@@ -119,7 +119,7 @@ ARMANGLE_INLINE JointLanes angles(const Directions<double>& d) noexcept {
 
 namespace detail {
 
-/// Replaces joint 7 by its value in `near`; for an arm with free roll.
+/// The configuration q with the joint 7 of the configuration `near`; for an arm with free roll.
 [[gnu::noinline, gnu::cold]] inline JointLanes with_held_roll(JointLanes q, JointLanes near) noexcept {
     double out[joint_slots], held[joint_slots];
     q.store(out);

@@ -92,7 +92,7 @@ inline void turn(ArcSet& set, double angle) noexcept {
     }
 }
 
-/// Inserts an arc into `set` unless it is a single angle.
+/// Inserts an arc into `set` as put() does, unless it is narrower than the tolerance of angles.
 inline void push(ArcSet& set, const Arc& arc) noexcept {
     if (!is_isolated(arc)) put(set, arc);
 }

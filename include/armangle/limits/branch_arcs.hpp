@@ -176,7 +176,8 @@ public:
     }
 
 protected:
-    /// Inserts the psi of a solution into the arcs of a branch; does nothing if its status is not OK.
+    /// Inserts the psi of a solution into the arcs of a branch as an arc of width 0, tagged with the nearest
+    /// limit; does nothing if its status is not OK.
     void put_in(int gc, const Nearest& found, ArcSet& arcs) const noexcept {
         if (found.status != Status::OK) return;
         SelfMotion<double> m = elbow_[gc >> 1 & 1].motion;

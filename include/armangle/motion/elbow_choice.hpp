@@ -115,10 +115,10 @@ inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFu
 
 }  // namespace detail
 
-/// The change of psi (rad), at most 2.2, that moves the joints away from their limits, and joints 2 and 6 out
+/// The change of psi (rad, -1.4 to 2.2) that moves the joints away from their limits, and joints 2 and 6 out
 /// of the `margin` (rad) around 0 and pi: the least cost of sixteen changes, refined by the parabola through
-/// it and its neighbours. Without the parabola, a steadily moving target would make psi switch between the
-/// sixteen values at full acceleration.
+/// it and its neighbours unless it is the first or the last. Without the parabola, a steadily moving target
+/// would make psi switch between the sixteen values at full acceleration.
 inline double turn_to_room(const Arm& arm, const SelfMotion<double>& m, double psi, const double* q,
                            double margin) noexcept {
     static constexpr int count = 2 * joint_slots;

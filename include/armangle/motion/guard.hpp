@@ -164,9 +164,9 @@ private:
         return out;
     }
 
-    /// Writes the part of the velocity box in which every joint stays within its limits, although all joints
-    /// stop together in the time of the slowest, to `lower` and `upper`. If one joint can only just stop
-    /// before its limit, the others may brake no longer than it does.
+    /// Writes to `lower` and `upper` the part of the velocity box from `least` to `greatest` (rad/s) in which
+    /// every joint stays within its limits, although all joints stop together in the time of the slowest. If
+    /// one joint can only just stop before its limit, the others may brake no longer than it does.
     void narrow(const double* least, const double* greatest, double (&lower)[joints],
                 double (&upper)[joints]) const noexcept {
         if (bounds_) return narrow_at_rate(least, greatest, lower, upper);
@@ -186,8 +186,8 @@ private:
         }
     }
 
-    /// Narrows the velocity box as narrow() does, for bounded jerk: if all joints stop at the present rate r,
-    /// v dt + 2 v / r + a / r^2 stays within the limits.
+    /// Does what narrow() does, for bounded jerk: the joints move by v dt + 2 v / r + a / r^2 if all stop at
+    /// the present rate r (1/s), a = (v - before_) / dt.
     void narrow_at_rate(const double* least, const double* greatest, double (&lower)[joints],
                         double (&upper)[joints]) const noexcept {
         const double along = 1.0 / (rate_ * rate_ * dt_), lasting = dt_ + 2.0 / rate_ + along;

@@ -252,7 +252,7 @@ private:
             acceleration_ + (change - acceleration_) * -std::expm1(-dt / hand_filter_tuning::smooth);
     }
 
-    /// Stores a sample as the last one, and the present estimate as its pose.
+    /// Stores a sample received now, and the present estimate as the pose of that time.
     void remember(const Pose<double>& sample) noexcept {
         sample_ = sample;
         last_sample_ = pose_;

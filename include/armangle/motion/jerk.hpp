@@ -85,8 +85,8 @@ inline StoppingWay stopping(const JerkBounds& b, double v, double a) noexcept {
     return out.way > 0 ? out : StoppingWay{};
 }
 
-/// The next acceleration (>= 0, rad/s^2) with which a joint gains the velocity `left` (rad/s) without
-/// overshoot.
+/// The largest next acceleration (rad/s^2) with which a joint of bounded jerk (rad/s^3) gains the velocity
+/// `left` (rad/s) without overshoot; 0 if `left` is not positive.
 inline double easing(double left, double jerk, double dt) noexcept {
     return left > 0 ? 2.0 * left / (dt + sqrt(dt * dt + 2.0 * left / jerk)) : 0.0;
 }

@@ -57,7 +57,7 @@ struct Interval {
 
     /// The interval of all real numbers.
     static Interval whole() noexcept { return {-infinity, infinity}; }
-    /// The middle, rounded.
+    /// The middle of a bounded interval, rounded.
     double middle() const noexcept { return lo + 0.5 * (hi - lo); }
     /// Whether both ends are finite.
     bool bounded() const noexcept { return lo > -infinity && hi < infinity; }  // false for NaN

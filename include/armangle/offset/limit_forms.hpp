@@ -23,8 +23,8 @@ namespace detail {
 
 inline constexpr int form_samples = 16;
 
-/// Cosine and sine of multiples of 2 pi / 16, and the matrix of the discrete transform: column k < 9 belongs
-/// to cos kx, column k > 8 to sin (k - 8)x.
+/// Cosine and sine of the angles 2 pi j / 16, and the matrix from values at these angles (row j) to Fourier
+/// coefficients: column k < 9 is that of cos kx, column k > 8 that of sin (k - 8)x.
 struct FormTables {
     double c[form_samples], s[form_samples];
     double transform[form_samples][form_samples];

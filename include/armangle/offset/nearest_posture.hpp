@@ -50,7 +50,7 @@ struct OffsetCostTuning {
 
 namespace detail {
 
-/// The search for the nearest posture of one pose. Options are in the order of the formulas.
+/// The search for the nearest posture of one pose. Options and results are in the order of the formulas.
 class OffsetNearestSearch : OffsetCosts {
 public:
     /// Keeps its arguments for the search; options are in the order of the formulas, `scene` may be null.

@@ -20,7 +20,7 @@ public:
 
     /// The arm.
     const OffsetArm& arm() const noexcept { return *arm_; }
-    /// The arm without the offset, whose signs, offsets and limits are the robot's.
+    /// The DH rows: the arm without the offset, whose signs, offsets and limits are the robot's.
     const Arm& rows() const noexcept { return arm_->own; }
 
     /// The value of the free joint (rad) and the branch at joints q.

@@ -27,8 +27,8 @@ inline constexpr double settled = 1e-7;         // m^2: accuracy of that distanc
 
 namespace detail {
 
-/// A lower bound of F = distance^2 - R^2 (m^2) over all rotations of a rod around the x axis. If it is
-/// negative, some rotation attains it. Bound: see witnesses.hpp.
+/// A lower bound of F = distance^2 - R^2 (m^2; distance - R (m) for a half-space) over all rotations of a rod
+/// around the x axis. If it is negative, some rotation attains it. Bound: see witnesses.hpp.
 inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noexcept {
     if (solid.kind == SolidKind::half_space) {
         const double n = off_axis(solid.a);
@@ -114,7 +114,7 @@ private:
         return self_motion(task_.arm, task_.circle_at(s), gc_);
     }
 
-    /// The least F of a pair over all phi, at one place.
+    /// The least F of a pair over all phi, at one place; a lower bound if it is positive.
     double F(const Place& at, const WatchedPair& pair) const noexcept {
         using Kind = WatchedPair::Kind;
         if (pair.kind == Kind::held_ground) {
@@ -128,7 +128,8 @@ private:
         return least_over_turns(rod, placed(at.frames.flange, scene_.held[pair.other]), pair.R);
     }
 
-    /// Bounds the motion of the shapes over a stretch, at any constant phi.
+    /// Bounds speed and second derivative of all shapes over a stretch, at any constant phi; takes one from
+    /// the budget.
     void enclose(double from, double to) {
         --budget_;
         const Segment& g =
@@ -143,7 +144,7 @@ private:
     }
 
     /// Adds the parameters between two sections at which obstacles block some phi; none if the pose is out of
-    /// reach there.
+    /// reach, or the arm folded, at an end or in the middle.
     void between(double from, double to) {
         const double h = to - from, middle = 0.5 * (from + to);
         for (const double s : {from, middle, to}) {
@@ -165,7 +166,7 @@ private:
         search(from, to, open);
     }
 
-    /// Collects the pairs that may come near within half a stretch of width h, by bounding balls.
+    /// Collects the pairs that may come near on a stretch of width h with middle `at`, by bounding balls.
     void gather(const Place& at, double h) {
         using Kind = WatchedPair::Kind;
         const Solid none{SolidKind::ball, 0.0, {0, 0, 0}, {0, 0, 0}, {}};
@@ -214,7 +215,8 @@ private:
                              pair_tag(scene_.first_held + held, k)});
     }
 
-    /// Searches by bisection for pairs that collide between two parameters at which they do not.
+    /// Adds the parameters at which pairs collide between two where they do not, by bisection; also the
+    /// middle where width or budget end the search.
     void search(double from, double to, const std::vector<WatchedPair>& pairs) {
         const double h = to - from, middle = 0.5 * (from + to);
         std::vector<WatchedPair> left;

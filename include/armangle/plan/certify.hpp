@@ -400,7 +400,7 @@ public:
         for (int k = 0; k < kept.scenes.count; ++k) clear_.emplace_back(curve, kept.scenes[k], kept.touching);
     }
 
-    /// Proves all stretches and returns what remains unproven. Can be called once.
+    /// Proves all stretches; returns what remains unproven and the violations found. Can be called once.
     Proof run() {
         const bool possible = claim_.possible();
         const Stretch* before = nullptr;
@@ -423,7 +423,8 @@ public:
     }
 
 private:
-    /// Whether a stretch is collision-free: for each scene, on its part of the path.
+    /// Whether a stretch is proven collision-free, in each scene on its part of the path. A collision that is
+    /// found is added to the violations of the proof.
     bool keeps_clear(const Stretch& x) {
         const int count = kept_.scenes.count;
         for (int k = 0; k < count; ++k) {
@@ -466,8 +467,8 @@ private:
         }
     }
 
-    /// Whether a joint jumps between configuration a at s = `from` and b at `to`: after repeated halving, one
-    /// half contains most of its move.
+    /// Whether a joint moves by more than `leap` within `leap_within` of s somewhere between configuration a
+    /// at s = `from` and b at `to`, searched by halving.
     bool leaps(const Stretch& x, double from, double to, PlacedPosture a, PlacedPosture b) const noexcept {
         while (largest_move(a.q, b.q) > proof::leap) {
             const double half = 0.5 * (from + to);
@@ -555,8 +556,8 @@ private:
         return all_positive(slopes, lower);
     }
 
-    /// Whether a limit is certainly violated at s, by more than the slack; if so, records s. middle: see
-    /// place().
+    /// Whether a condition of the claim is certainly violated at s, beyond rounding; if so, records s.
+    /// middle: see place().
     bool broken(const Stretch& x, double s, const double* middle) {
         Conditions<Interval> at;
         bool bad = claim_.allowed && !claim_.allowed->full && claim_.arc_at(x, s) < 0;

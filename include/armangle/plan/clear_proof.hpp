@@ -330,14 +330,14 @@ private:
         return out;
     }
 
-    /// Bounds the motion of all shapes over a range of s.
+    /// Bounds the speed and second derivative of all shapes over a range of s; takes one from the budget.
     void enclose(double from, double to) {
         --budget_;
         moving_.enclose(frames(Enclosed::variable(Interval(from, to))), arm_rod_count(scene_));
     }
 
-    /// Calls take(pair, F) for each listed pair with its F at s. If one collides there, sets `touches_` and
-    /// records s.
+    /// Calls take(pair, F) for each listed pair with its F at s. If one collides there, sets `touches_`; if
+    /// that is set now, records s.
     template <class Take>
     void measure(double s, std::vector<WatchedPair>& pairs, const Take& take) {
         here_.place(scene_, frames(s));
@@ -349,8 +349,8 @@ private:
         if (touches_) violated_->push_back(s);
     }
 
-    /// Whether no listed pair collides between two s at which they were measured, by bisection. `moving_`
-    /// must hold the bounds over this range. depth: halvings so far.
+    /// Whether all listed pairs are proven apart between two s at which they were measured, by bisection.
+    /// `moving_` must hold the bounds over this range. depth: halvings so far. Resets `touches_`.
     bool stands(double from, double to, const std::vector<WatchedPair>& pairs, int depth) {
         if (touches_) return touches_ = false;
         const double h = to - from, middle = 0.5 * (from + to);

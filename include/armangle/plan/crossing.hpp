@@ -88,7 +88,7 @@ public:
     }
 
     /// Returns the stretches of a path and writes the branch in which it begins to `gc`; empty, with `gc`
-    /// unchanged, if no path exists. Subtracts the links that it tried from `links`, and stops when none
+    /// unchanged, if it finds none. Subtracts the links that it tried from `links`, and gives up when none
     /// remain.
     std::vector<Stretch> run(int& gc, long long& links) {
         find_wished();
@@ -706,8 +706,8 @@ private:
     }
 
     /// Whether a spline needs no knot at s, because it is close to the latest of the knots `before` or to
-    /// `last`, the end of the run. After a run of phi (`first` is false), knots start as dense as before; the
-    /// end of each segment stays a knot.
+    /// `last`, the end of the run. After another run (`first` is false), knots start as dense as rows and
+    /// thin out; the end of each segment stays a knot.
     bool crowded(double s, const std::vector<double>& before, double last, bool first) const noexcept {
         const std::size_t n = before.size();
         double apart = crossing_tuning::apart;

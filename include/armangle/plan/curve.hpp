@@ -127,7 +127,7 @@ struct Curve {
     }
 
     /// Computes the configuration at s of stretch x with phi, or leading theta, equal to `value`, for any
-    /// scalar.
+    /// scalar. Its functions, theta and room are set only if a joint leads.
     template <class T>
     PlacedDirections<T> place(const Stretch& x, const T& s, const T& value) const noexcept {
         PlacedDirections<T> out;
@@ -148,9 +148,9 @@ struct Curve {
         return out;
     }
 
-    /// The configuration at s of stretch x, with psi nearest to near_psi and joints in the revolution nearest
-    /// to the seven in `near`, within the limits if their range is below 2 pi. value: phi, or theta of the
-    /// leading joint.
+    /// The configuration at s of stretch x, with psi in the revolution nearest to near_psi and joints in
+    /// those nearest to the seven in `near`, within the limits if their range is below 2 pi. value: phi, or
+    /// theta of the leading joint.
     PlacedPosture solve(const Stretch& x, double s, double value, const double* near,
                         double near_psi) const noexcept {
         PlacedPosture out;

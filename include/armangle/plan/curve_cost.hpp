@@ -91,7 +91,7 @@ public:
     }
 
     /// The cost of a path with the arm angle of the start (or goal, `back`) held constant, for one definition
-    /// of psi. Infinite if that violates a limit or margin, or a joint jumps.
+    /// of psi. Infinite if that is out of reach, violates a limit or margin, or a joint jumps.
     double held_cost(Reference reference, const double* end, bool back) const noexcept {
         Arm arm = task_.arm;
         arm.reference = reference;
@@ -150,7 +150,7 @@ public:
         return true;
     }
 
-    /// Whether a joint moves farther between two samples than the search permits between two sections.
+    /// Whether a joint moves by more than `held_move` (rad) between two neighbouring samples.
     bool hurries(const Curve& drawn) const noexcept {
         double most = 0;
         for (const Stretch& x : drawn.stretches)
@@ -184,10 +184,10 @@ public:
         return least;
     }
 
-    /// Whether to prefer a path through several branches over a proven one: if it costs less, or if it has
-    /// less than half the joint travel in one of two cases. In the first case the arm begins (ends) in its
-    /// home position and the path costs no more than a constant arm angle. In the second it changes branches
-    /// in the arm's plane and no constant arm angle is possible.
+    /// Whether to prefer a path through several branches over a proven one: if it costs less. Also, without
+    /// a target for psi, if it has less than half the joint travel in one of two cases. In the first case the
+    /// arm begins (ends) in its home position and the path costs no more than a constant arm angle. In the
+    /// second it changes branches in the arm's plane and no constant arm angle is possible.
     bool calmer(const Curve& crossing, const Curve& proven, const double* start,
                 const double* goal) const noexcept {
         const double cost = objective(crossing);

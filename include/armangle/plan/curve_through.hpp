@@ -114,8 +114,8 @@ private:
     }
 
     /// Makes a neighbour of joint 2 or 6 lead stretch x between two rows q, stored one after the other, if
-    /// that joint is near 0 or pi and joints then deviate less; the one nearer to 0 or pi is tried first.
-    /// Leaves x unchanged otherwise.
+    /// that joint is near 0 or pi and joints then deviate less, or phi cannot lead; the one nearer to 0 or pi
+    /// is tried first. Leaves x unchanged otherwise.
     template <class Corrected>
     static void calm(const Curve& curve, const Corrected& corrected, const double* q, Stretch& x) noexcept {
         double open[hinges];

@@ -118,7 +118,7 @@ struct Quadrature {
 };
 
 /// Computes the Gauss points of all intervals. If `cut`, no interval crosses the end of a segment, where the
-/// path's velocity jumps. points: per interval, 1 to 4.
+/// path's velocity jumps. points: per interval, 1 to 4; one if all would be more than `most_points`.
 inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>& breaks, bool cut,
                              std::size_t points = descent_tuning::points) {
     using detail::SeriesInS;
@@ -180,8 +180,8 @@ struct FixedEnds {
 /// Minimizes the objective over curves of one branch.
 class Descent {
 public:
-    /// Keeps references to its arguments; `wall` is the weight of the cost that enforces limits. No curve is
-    /// set yet.
+    /// Keeps references to task and objective, and a copy of `ends`; `wall` is one of descent_tuning::wall
+    /// (rad). No curve is set yet.
     Descent(const Task& task, const Objective& objective, const FixedEnds& ends,
             double wall = descent_tuning::wall[0])
         : task_(task), objective_(objective), ends_(ends), asked_wall_(wall), wall_(wall) {}
@@ -368,9 +368,9 @@ inline void Descent::bend_duration(const Rates& rates, double n, double weight, 
 }
 
 /// Computes the objective at one point: its value and, if Order is 2, its derivatives in f, and its parts in
-/// `terms`; false beyond a limit. q, rate: joints of the previous point (ds before), replaced by those of
-/// this one. At the first point (ds = 0) the joints are in the revolution nearest to q, and moved into the
-/// limits if no end is fixed.
+/// `terms`; false beyond a limit. before, rate: joints and dq/ds of the previous point (ds earlier); writes
+/// those of this one to q (may be `before`) and rate. At the first point (ds = 0) the joints are in the
+/// revolution nearest to `before`, and moved into the limits if no end is fixed.
 template <int Order>
 bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const double* before, double ds,
                         double* q, double* rate, Integrand& f, Terms& terms) const noexcept {
@@ -490,7 +490,7 @@ bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const
 }
 
 /// Computes the objective at these control values and, with Order 2, its gradient and the band of second
-/// derivatives; false if a value does not exist.
+/// derivatives; false, with infinite energy, beyond a limit.
 template <int Order>
 bool Descent::assemble(const std::vector<double>& control, Assembly& out) const {
     const std::size_t n = control.size();

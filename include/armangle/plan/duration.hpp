@@ -70,8 +70,8 @@ inline double velocity_cap(const Bend& bend, const JointBounds& bounds) noexcept
     return out;
 }
 
-/// The greatest y up to `cap` from which a permitted u leads to a y in [0, next] over a step of s; 0 if none
-/// does.
+/// The greatest y = (ds/dt)^2 up to `cap` from which a permitted d2s/dt2 leads to a y in [0, next] over a
+/// step of s; 0 if none does.
 inline double leading_on(const Bend& bend, const JointBounds& bounds, double cap, double next,
                          double step) noexcept {
     const auto leads = [&](double y) {

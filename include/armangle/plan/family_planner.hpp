@@ -147,7 +147,7 @@ private:
     // -- postures
 
     /// Computes the configuration of a value of the redundant parameter, in the revolution nearest to `near`,
-    /// or within the limits if it is null. False if there is no solution.
+    /// or to the middles of the limits if it is null. False if there is no solution.
     bool state(const Section& at, int gc, double free, const double* near, State& out) const noexcept {
         using J = Jet<double, 2>;
         const Arm& rows = family_.rows();
@@ -231,7 +231,8 @@ private:
             out[gc] = {s, at, found[gc].arcs, found[gc].status, pair, not_a_number};
         }
     }
-    /// Reduces proven arcs to those that the user permits and in which the arm is collision-free.
+    /// Reduces proven arcs to those that the user permits and in which the arm is collision-free; `pair` is
+    /// the one that leaves none.
     void keep_open(double s, const Pose<double>& at, int gc, ProvenArcs& found, Tag& pair) const {
         if (options_.allowed && !found.arcs.empty()) {
             const ArcSet own = found.arcs;
@@ -258,7 +259,8 @@ private:
         return psi_towards(family_.arm(), at, gc, {wish->kind, not_a_number, wish->target}).psi;
     }
 
-    /// Computes sections at equal distances along the tool's path, for all branches.
+    /// Computes sections at equal distances along the tool's path and at changes of the scene, for all
+    /// permitted branches that contain the given ends.
     void survey() {
         const double reach = family_.rows().reach;
         constexpr int parts = 8;
@@ -535,7 +537,7 @@ private:
     double share_of(const std::vector<Section>& x, std::size_t k, std::size_t n) const noexcept {
         return 0.5 * ((k + 1 < n ? x[k + 1].s : x[k].s) - (k > 0 ? x[k - 1].s : x[k].s));
     }
-    /// The objective of a path: distances from limits, target and joint travel, summed over the sections.
+    /// The objective of a path: distances from limits and target, travel and duration, summed over sections.
     double cost_of(const Branch& branch, const std::vector<State>& way) const noexcept {
         double sum = 0;
         for (std::size_t k = 0; k < way.size(); ++k) {
@@ -546,9 +548,9 @@ private:
         return sum;
     }
 
-    /// Adds turns of 2 pi to the joints of the branch's path, so that they are continuous and within the
-    /// limits. It begins at the given start, else in the revolution with the fewest turns, or that of the
-    /// goal.
+    /// Adds turns of 2 pi to the joints of the branch's path, so that they are continuous and, if possible,
+    /// within the limits. It begins at the given start, else ends at the given goal, else begins in the
+    /// revolution with the fewest turns.
     void lift_way(Branch& branch) const noexcept {
         std::vector<State>& way = branch.way;
         if (way.empty()) return;
@@ -754,7 +756,8 @@ private:
                        });
     }
 
-    /// Draws the curve of a branch and proves it, with more sections where the proof fails.
+    /// Draws the curve of a branch and proves it, with more sections where the proof fails. A curve without a
+    /// known violation becomes the plan if less of it is open; if there is none, the report says why.
     void draw(Branch& branch) {
         BranchReport& report = branch.report;
         Branch finer = branch;
@@ -806,7 +809,7 @@ private:
         report.cost = branch.cost;
     }
 
-    /// If no path leads to the end, makes the longest proven path from the start the plan.
+    /// If no path leads to the end, makes the proven beginning of the one that leads farthest the plan.
     void draw_part() {
         std::stable_sort(branches_.begin(), branches_.end(),
                          [](const Branch& a, const Branch& b) { return before(a.report, b.report); });
@@ -824,8 +827,8 @@ private:
 
     // -- why there is none
 
-    /// Reports which limits leave no solution where a branch has none, and which of them, widened alone,
-    /// would leave some.
+    /// Reports the limits that a start (goal) violates, those that leave no solution where a branch has none,
+    /// and those that, widened alone, would leave some.
     void explain(Branch& branch) const {
         BranchReport& report = branch.report;
         for (int k = 0; k < 2; ++k)
@@ -866,8 +869,8 @@ private:
                 if (extra < infinity) report.openings.push_back({j + 1, upper, 1.01 * extra});
             }
     }
-    /// How far (rad) one limit must be widened at a section so that a solution exists. Returns `known` if
-    /// that amount suffices, infinity if no amount does.
+    /// How far (rad) one limit of joint j (0 to 6) must be widened so that opens(x, limits). Returns `known`
+    /// if that amount, above 0, suffices, infinity if 2 pi does not.
     template <class Opens>
     double opening(const Section& x, int j, bool upper, double known, const Opens& opens) const {
         const auto wider = [&](double by) {

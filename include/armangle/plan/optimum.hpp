@@ -63,8 +63,8 @@ inline bool less(const Optimum& a, const Optimum& b) noexcept { return a.energy 
 /// Compares starting curves and improves the best of them.
 class Comparison {
 public:
-    /// Keeps references to a branch's tube, its path of largest margin `way` and of least cost `cheap`, and
-    /// the joints at fixed ends.
+    /// Keeps references to a branch's tube, its path of largest margin `way` and of least cost `cheap`, and a
+    /// copy of `ends`.
     Comparison(const Task& task, const Objective& objective, const Tube& tube, const Way& way,
                const Way& cheap, const FixedEnds& ends)
         : task_(task), objective_(objective), tube_(tube), way_(way), cheap_(cheap), ends_(ends) {
@@ -154,7 +154,7 @@ private:
         }
     }
 
-    /// Returns phi, or the nearest angle to it in the nearest arc.
+    /// Returns phi, moved into the nearest arc and away from its ends by `inset`.
     double on_arc(const Section& l, double phi) const noexcept {
         if (l.full || l.count == 0) return phi;
         const Arc& a = tube_.arc(l)[nearest_arc(tube_, l, phi)];

@@ -146,7 +146,8 @@ public:
     }
 
     /// The anchor of given joints at s, an end of the path, also if theta_2 or theta_6 vanishes: then theta_1
-    /// (theta_5) is kept, and phi follows from it. `elbow`: a branch with the sign of a stretched elbow.
+    /// (theta_5), or the locked joint of `asked`, is kept, and phi follows from it. `elbow`: a branch with
+    /// the sign of a stretched elbow.
     Anchor meeting_anchor(double s, const double* q, int elbow, const CrossingTask& asked) const {
         const Chain now = chain(task_.arm, q);
         Configuration<double> gc = configuration(task_.arm, now.theta);

@@ -84,9 +84,8 @@ public:
         return best;
     }
 
-    /// Finds the pair that leaves no arm angle to sections `at` to `end`, and by how much (m) it is too near
-    /// at the worst place. The worst place is searched among some sections and refined between its
-    /// neighbours.
+    /// Finds the pair that leaves no arm angle to sections `at` to `end` - 1, and by how much (m) it is too
+    /// near at the worst place, which is searched among some sections and refined between its neighbours.
     void explain_touching(const Tube& t, std::size_t at, std::size_t end, BranchReport& out) const {
         double worst = t.sections[at].s, least = infinity;
         Proximity nearest{infinity, 0, {}, {}, not_a_number};

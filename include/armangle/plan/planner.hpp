@@ -51,8 +51,8 @@ inline constexpr double end_off = 1e-7;  // error of joints at the end itself (r
 
 namespace detail {
 
-/// Writes into an objective the time that a radian of each joint takes on a path that turns the arm by
-/// `length` (rad).
+/// Writes into an objective, if it weighs duration, the time that a radian of each joint takes on a path that
+/// turns the arm by `length` (rad).
 inline void weigh_joints(const JointBounds& bounds, double length, Objective& objective) noexcept {
     for (int j = 0; j < joints && objective.duration > 0; ++j)
         objective.slowness[j] = 1 / joint_speed(bounds.velocity[j], bounds.acceleration[j], length);
@@ -131,8 +131,8 @@ private:
         return tube(task_, gc, all);
     }
 
-    /// Parameters between those of `base_` at which obstacles block some phi, for one sign of the elbow;
-    /// empty without any.
+    /// Parameters between those of `base_` at which obstacles block some phi, for one sign of the elbow (0 or
+    /// 2), and those at which the scene changes.
     std::vector<double> blocked_ranges(int elbow) const {
         std::vector<double> found;
         for (int k = 0; k < task_.scenes.count; ++k) {
@@ -322,7 +322,7 @@ private:
         return best;
     }
 
-    /// The search with this spread of revolutions, or with the task `loose_`.
+    /// The search with this spread of revolutions; if it is `any_winding`, with the task `loose_`.
     Search search(const Tube& t, const Anchor& start, const Anchor& goal, int spread,
                   long long& links) const {
         const Task& task = spread == any_winding ? *loose_ : task_;
@@ -413,7 +413,8 @@ private:
 
     // ---- paths through several branches (crossing.hpp)
 
-    /// Which of joints 2 and 6 come near 0 (pi) on some section of the path, by the bit of their sign in gc.
+    /// Which of joints 2 and 6 come near 0 (pi) on some section of the path with this sign of the elbow (0 or
+    /// 2), by the bit of their sign in gc.
     int meeting(int elbow) const noexcept {
         int out = 0;
         for (const double s : base_) {
@@ -584,8 +585,8 @@ private:
         return true;
     }
 
-    /// Writes a proven curve that changes branches to `out`: draws it several times with more sections in
-    /// `asked` where it violates a limit. False if that fails.
+    /// Writes a curve that changes branches, proven or without a known violation, to `out`: draws it several
+    /// times with more sections in `asked` where it violates a limit. False if that fails.
     bool draw_crossing(CrossingTask& asked, Plan& out) {
         for (int round = 0; round < plan_tuning::crossing_rounds; ++round) {
             if (!draw_crossing_once(asked, out)) return false;
@@ -654,9 +655,9 @@ private:
         plan_.proof = found.proof;
     }
 
-    /// Writes the proven curve of a branch that has a path to `out`: the curve of least objective. If that is
-    /// not proven, a smooth curve along the path, with new sections where it violates a limit. False, with
-    /// the reason in `report`, if none is proven.
+    /// Writes the curve of a branch that has a path to `out`: the curve of least objective. If that is not
+    /// proven, a smooth curve along the path, with new sections where it violates a limit. False, with the
+    /// reason in `report`, if none is proven or at least without a known violation.
     bool realise(BranchReport& report, Plan& out) {
         std::vector<double> base = base_;
         Plan best;
@@ -711,7 +712,7 @@ private:
     }
 
     /// Finds the curve of least objective near the branch's coarse ones and writes it to `out`, with its cost
-    /// in `report`; false if none is proven.
+    /// in `report`; false if none is proven: `out` is then the last one tried.
     bool optimise(const Tube& t, const AnchoredEnds& fixed, BranchReport& report, Plan& out) const {
         const std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(report.gc)];
         const FixedEnds ends = fixed_ends(fixed, coarse.front().q);
@@ -852,9 +853,9 @@ inline constexpr double calm[] = {0, 0.1, 1};
 namespace detail {
 
 /// The plan of planned(options). If the objective weighs duration, alternatives are planned too: one without
-/// weight on it, and some with more weight on travel. The proven plan of least duration is returned. The
-/// weighed measure (pace) ignores accelerations, so alone it may cost time, and even joint motion is often
-/// faster. curve_of(plan): its curve.
+/// weight on it, and some with more weight on travel. The proven plan of least duration is returned, or the
+/// one without weight if none is proven. The weighed measure (pace) ignores accelerations, so alone it may
+/// cost time, and even joint motion is often faster. curve_of(plan): its curve.
 template <class Planned, class CurveOf>
 Plan fastest(const PlanOptions& options, const Planned& planned, const CurveOf& curve_of) {
     PlanOptions asked = options;

@@ -73,7 +73,7 @@ struct EightWindings {
     }
 };
 
-/// The joint moves from eight phi to a configuration: from which revolution, and how long (squared, rad^2).
+/// The joint moves from eight phi to a configuration: from which configuration, and how long (rad).
 struct EightMoves {
     unsigned linked;  // bit i: neither phi nor a joint moves too far from phi i
     double from[8], travel[8];
@@ -178,7 +178,8 @@ private:
         return a.margin >= b.margin - way_tuning::tie && a.cost < b.cost;
     }
 
-    /// Advances `here_` to section k. False, with nothing changed, if no configuration of it can be reached.
+    /// Advances `here_` to section k. False, with `here_` unchanged, if none of its configurations can be
+    /// reached, or no links are left.
     bool advance(std::size_t k) {
         next_.clear();
         const Section& l = tube_.sections[k];

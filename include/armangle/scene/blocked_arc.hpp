@@ -126,8 +126,8 @@ inline BlockedArc planar_arc(const PlanarRod& rod, const Vec3<double>& q, double
             2.0 * atan2(sqrt(rho - threshold), sqrt(rho + threshold))};
 }
 
-/// Splits a segment that lies in the plane y = 0 at psi = 0 where it crosses the axis, and returns the number
-/// of pieces, 1 or 2. An end that is off the axis by rounding alone is moved onto it.
+/// Splits a segment in the plane y = 0 where it crosses the x axis, about which psi turns it, and returns the
+/// number of pieces, 1 or 2. An end that is off the axis by rounding alone is moved onto it.
 inline int planar_rods(Vec3<double> a, Vec3<double> b, PlanarRod (&out)[2]) noexcept {
     if (abs(a.z) < planar_rounding * abs(a.x)) a.z = 0;
     if (abs(b.z) < planar_rounding * abs(b.x)) b.z = 0;

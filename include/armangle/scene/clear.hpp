@@ -518,7 +518,8 @@ struct Cleared {
     bool coarse;    // narrow arcs were left out: there were more than a set holds
 };
 
-/// Writes the arcs between the blocked ones; their ends are tagged with the pair that blocks there.
+/// Writes the arcs between the blocked ones, the whole circle if there are none; the ends are tagged with the
+/// pair that blocks there.
 inline void open_arcs(const Covered& covered, ArcSet& out) noexcept {
     make_empty(out);
     if (covered.all) return;

@@ -161,7 +161,7 @@ struct Ways {
 };
 
 /// The best lower bound (m) that the surrounding nodes prove, from squared distances square(k) in spacings,
-/// each distance increased by more_way.
+/// each distance increased by more_way (spacings).
 template <class Square>
 inline double best_node(const Field& field, const Surroundings& about, double more_way,
                         const Square& square) noexcept {

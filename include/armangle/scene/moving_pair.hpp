@@ -58,8 +58,8 @@ public:
     MovingPair(const MovingRod& rod, const MovingRod& other, double R) noexcept
         : rod_(rod), other_(&other), solid_(as_solid(other.at({0.0, 1.0}))), R_(R) {}
 
-    /// Calls blocked(lower, upper) for arcs (rad) that together cover all blocked psi. False if the budget of
-    /// distances was spent; then undecided stretches count as blocked.
+    /// Calls blocked(lower, upper) for arcs (rad) that together cover all blocked psi, up to the tolerance of
+    /// a field. Undecided stretches count as blocked; false if the budget of distances was spent.
     template <class Blocked>
     bool find(const Blocked& blocked) noexcept {
         Run run{0.0, 0.0, false};
@@ -123,7 +123,7 @@ private:
     /// Whether the obstacle is a distance field.
     bool is_field() const noexcept { return solid_.kind == SolidKind::field; }
 
-    /// The nearest points of the pair at psi, their distance (m) and F = distance^2 - R^2.
+    /// The nearest points of the pair at psi, their distance (m) and F, as in squared().
     Sample at(double psi) noexcept {
         ++queries_;
         const SinCos<double> turn = sin_cos(psi);

@@ -229,8 +229,8 @@ inline void for_ground(const Scene& scene, const Visit& visit) noexcept {
     for_ground(scene, [](const BallGroup&) { return true; }, visit);
 }
 
-/// The frame of the elbow circle in the DH base: origin in the shoulder, x along shoulder-wrist, y at psi =
-/// 0, z = x X y.
+/// The frame of the elbow circle in the DH base: origin in the shoulder, x along shoulder-wrist, y along the
+/// elbow axis z3 at psi = 0, z = x X y.
 inline Pose<double> axis_frame(const Arm& arm, const Triad<double>& c) noexcept {
     return {{c.w, c.z, c.e}, {0, 0, arm.d_bs}};
 }
@@ -241,8 +241,8 @@ struct AxisFrames {
     Pose<T> upper, lower, flange;
 };
 
-/// Writes DH frames 3 and 4 to `upper` and `lower`, from the elbow and the directions of the arm plane: w
-/// along shoulder-wrist, f away from it in the plane, z normal to the plane.
+/// Writes DH frames 3 and 4, with the shoulder as origin, to `upper` and `lower`, from the elbow and the
+/// directions of the arm plane: w along shoulder-wrist, f away from it in the plane, z normal to the plane.
 template <class T>
 inline void plane_frames(const Arm& arm, const Elbow<T>& e, Vec3<T> w, Vec3<T> z, const Vec3<T>& f,
                          Pose<T>& upper, Pose<T>& lower) noexcept {

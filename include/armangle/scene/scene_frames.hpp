@@ -35,7 +35,7 @@ struct SceneFrames {
 constexpr int swinging_place(int link) noexcept { return link < 3 ? link - 1 : link - 3; }
 
 /// Computes the frames of links 1, 2, 5 and 6 from the flange and frames 3 and 4, which are set already;
-/// angle(j): sine and cosine of joint j, counted from 0.
+/// angle(j): sine and cosine of theta of joint j (0 to 6).
 template <class T, class Angle>
 inline void add_swinging(const Arm& arm, const Angle& angle, SceneFrames<T>& out) noexcept {
     const auto back = [&angle](int j) {

@@ -181,7 +181,7 @@ inline Vec3<double> in_grid(const Solid& field, const Vec3<double>& p) noexcept 
     return transposed_times(field.axes, p - field.a) + field.b;
 }
 
-/// Transforms an approach from the frame of a grid into that of the scene.
+/// Transforms an approach from the frame of the grid of `field` into that of the scene.
 inline Approach out_of_grid(const Solid& field, const Approach& found) noexcept {
     const auto out = [&](const Vec3<double>& p) { return field.a + field.axes * (p - field.b); };
     return {out(found.on_rod), out(found.on_solid), found.distance};

@@ -135,8 +135,8 @@ public:
     StraightMove(const AnyArm& arm, const Scene& scene) noexcept : arm_(arm), scene_(scene) {}
 
     /// The share of the motion d (rad) from q that is proven collision-free; 1: all of it. A pair that
-    /// touches already must not come nearer. `blocking`: the pair at which the proof ended. With `off` the
-    /// joints may deviate from the line by that much each (rad).
+    /// touches already must not come nearer. `blocking`: the pair at which the proof ended, unchanged if all
+    /// is proven; `looks`: the most places it uses. With `off` joint j may deviate by off[j] (rad).
     double proven(const double* q, const double (&d)[joints], Tag& blocking,
                   int looks = straight_move_tuning::looks, const double* off = nullptr) noexcept {
         double done = 0, spread[joints + 1] = {};
@@ -208,8 +208,8 @@ public:
         return out;
     }
 
-    /// Writes the pairs whose distance at q is within `reach` (m) of the clearance and returns their number.
-    /// The nearest ones are kept if there are too many; pairs whose cores meet are left out.
+    /// Writes the pairs of corners whose distance at q is within `reach` (m) of the clearance and returns their
+    /// number. The nearest ones are kept if there are too many; pairs whose cores meet are left out.
     int near(const double* q, double reach, NearPair (&out)[straight_move_tuning::most_near]) noexcept {
         place(q);
         int count = 0;
@@ -420,8 +420,8 @@ private:
         }
     }
 
-    /// An upper bound (m) of how much nearer the cores of a meeting come, if each of its points moves by up
-    /// to room(link, point).
+    /// An upper bound (m) of how much nearer the cores of a meeting come, if each of their corners moves by
+    /// up to room(link, corner).
     template <class Room>
     static double more_of(const Meeting& m, const Room& room) noexcept {
         double more = 0;

@@ -80,7 +80,7 @@ public:
     double narrowest(const Over& over, double least) const noexcept {
         return over.regular ? least : max(least, 0.5 * arm_.shift / arm_.nominal.rest.reach);
     }
-    /// -infinity: a test of the nominal closed form, which does not apply to the true chain.
+    /// -infinity, always: this member of OffsetCells tests the nominal closed form, which is not the chain's.
     double inside(double) const noexcept { return -infinity; }
 
     /// A cell of which the wrist is bounded, but not yet all joints.
