@@ -45,7 +45,8 @@ inline constexpr double sin_cos_range = 1e3;
 
 }  // namespace detail
 
-/// All numbers from `lo` to `hi`.
+/// All numbers from `lo` to `hi`. Arithmetic rounds outwards; a product or quotient is all numbers if an
+/// operand is unbounded or the divisor may be 0.
 struct Interval {
     double lo, hi;
 

@@ -147,7 +147,7 @@ private:
 template <class Cells>
 class CellJudge {
 public:
-    /// Keeps the joint ranges that decide the cells of a pose in branch gc.
+    /// Keeps a reference to the joint ranges that decide the cells of a pose in branch gc.
     template <class AnyArm>
     CellJudge(const AnyArm& arm, const Pose<double>& pose, int gc, const ThetaRanges& ranges) noexcept
         : cells(arm, pose, gc), ranges_(ranges) {}

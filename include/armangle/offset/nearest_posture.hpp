@@ -50,10 +50,10 @@ struct OffsetCostTuning {
 
 namespace detail {
 
-/// The search for the nearest posture of one pose. Options and results are in the order of the formulas.
+/// The search for the nearest posture of one pose. Options are in the order of the formulas.
 class OffsetNearestSearch : OffsetCosts {
 public:
-    /// Keeps its arguments for the search; options are in the order of the formulas, `scene` may be null.
+    /// Keeps references to its arguments; options are in the order of the formulas, `scene` may be null.
     OffsetNearestSearch(const OffsetArm& arm, const Pose<double>& exact, const NearestOptions& in_order,
                         const Scene* scene, const OffsetCostTuning& tuning) noexcept
         : OffsetCosts(arm.rest, in_order),
@@ -152,8 +152,8 @@ private:
 
     // -- postures
 
-    /// Writes the joints at a value of the free joint (rad) to q, each with its cheapest multiple of 2 pi.
-    /// There must be a solution.
+    /// Writes the joints at a value of the free joint (rad) to q, in the order of the formulas, each with its
+    /// cheapest multiple of 2 pi. There must be a solution.
     void joints_at(const OffsetCells& cells, double free, double* q) const noexcept {
         double theta[joint_slots];
         cells.at(free, theta);
@@ -219,7 +219,8 @@ private:
             if (gc != own) try_branch(gc);
         box_ = cost_;
     }
-    /// Keeps the best of the postures of a branch at eight values near the seed's.
+    /// Keeps the best of the postures of a branch at eight values near the seed's, improved by Newton's
+    /// method, if it may be kept and costs less than the best.
     void try_branch(int gc) noexcept {
         if (!is_asked(gc)) return;
         const OffsetCells cells(offset_, pose_, gc);
@@ -532,9 +533,9 @@ private:
 
     // -- results
 
-    /// The best posture found, moved onto the pose exactly. If that fails or costs more, because the free
-    /// joint has too few digits there, the place is removed from its arc to be searched otherwise, and the
-    /// search continues.
+    /// The best posture found, moved onto the pose exactly, in the order of the formulas; NEAR_SINGULAR if
+    /// none is left. If that fails or costs more, because the free joint has too few digits there, the place
+    /// is removed from its arc to be searched otherwise, and the search continues.
     Nearest best_on_pose() noexcept {
         Nearest out = refused(Status::NEAR_SINGULAR);
         search();

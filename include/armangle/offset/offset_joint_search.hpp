@@ -42,8 +42,8 @@ namespace detail {
 /// of the formulas; joints given to callbacks are in the robot's order.
 class OffsetJointSearch {
 public:
-    /// Keeps a pose (with an exact rotation) and attracts each joint to the seed's value, or to the middle of
-    /// its range, by the weights of the metric.
+    /// Keeps references to arm and pose (with an exact rotation) and attracts each joint to the seed's value,
+    /// or to the middle of its range, by the weights of the metric.
     OffsetJointSearch(const OffsetArm& arm, const Pose<double>& exact,
                       const NearestOptions& in_order) noexcept
         : arm_(arm), pose_(exact), branches_(in_order.branches), rounds_(tuning_.rounds) {

@@ -181,10 +181,11 @@ struct Curve {
         return out;
     }
 
-    /// The configuration at s; NaN if there is none.
+    /// The configuration at s; if there is none (out of reach, or the leading joint cannot have its value),
+    /// one that misses the pose.
     PlacedPosture at(double s) const noexcept { return at(stretch(s), s); }
 
-    /// The configuration at s, which is on stretch x; NaN if there is none.
+    /// The configuration at s, which is on stretch x, as at(s).
     PlacedPosture at(const Stretch& x, double s) const noexcept {
         const double t = (s - x.start) / (x.end - x.start);
         double near[joints];

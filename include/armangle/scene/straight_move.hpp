@@ -208,7 +208,7 @@ public:
         return out;
     }
 
-    /// Writes the pairs of corners whose distance at q is within `reach` (m) of the clearance and returns their
+    /// Writes the pairs of corners whose distance at q is within `reach` (m) of the clearance; returns their
     /// number. The nearest ones are kept if there are too many; pairs whose cores meet are left out.
     int near(const double* q, double reach, NearPair (&out)[straight_move_tuning::most_near]) noexcept {
         place(q);

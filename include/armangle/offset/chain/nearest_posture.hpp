@@ -80,8 +80,8 @@ inline bool is_better(const Nearest& a, const Nearest& b, Metric metric) noexcep
 /// The search for the nearest posture of one pose.
 class ChainSearch {
 public:
-    /// Keeps its arguments for the search. Without a seed, costs count from the middles of the joint ranges.
-    /// With a scene, solutions that collide are rejected.
+    /// Keeps references to its arguments but the pose. Without a seed, costs count from the middles of the
+    /// joint ranges. With a scene, solutions that collide are rejected.
     ChainSearch(const OffsetChain& arm, const Pose<double>& pose, const NearestOptions& options,
                 const Scene* scene, const OffsetChainNearestTuning& tuning) noexcept
         : arm_(arm),

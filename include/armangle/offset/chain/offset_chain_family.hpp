@@ -177,7 +177,7 @@ public:
         return OffsetFamily(formulas).excess(asked) - (arm_->shift + abs(formulas.a_6) * arm_->turn);
     }
 
-    /// theta: angles of the robot's joints.
+    /// As OffsetFamily::singular_distances() for the nominal arm; theta: angles of the robot's joints.
     template <class T, class Take>
     void singular_distances(const T* theta, const Take& take) const noexcept {
         OffsetFamily(arm_->nominal).singular_distances(theta, take);
@@ -198,7 +198,7 @@ private:
         return (of(1).sin * Interval(branch.shoulder)).lo > 0 && (bend * Interval(branch.elbow)).lo > 0 &&
                (of(4).cos * Interval(branch.wrist)).lo > 0;
     }
-    /// Finds the posture of a flange pose.
+    /// Finds the posture of a flange pose at a value of the free joint (rad); false if it finds none.
     bool posture(const Pose<double>& flange, int gc, double free, detail::ChainPosture& out) const noexcept {
         return detail::find_posture(*arm_, flange, sin_cos(theta_7_of(free)), configuration(gc), nullptr,
                                     out) == Status::OK;
@@ -218,7 +218,7 @@ private:
             out.x[robot_joint(*arm_, j)] = angle[j].cos;
         }
     }
-    /// The pose of what `part` takes of each number.
+    /// The pose with part(x) in the place of each number x.
     template <class To, class T, class Part>
     static Pose<To> each_of(const Pose<T>& p, const Part& part) noexcept {
         const auto of = [&part](const Vec3<T>& v) { return Vec3<To>{part(v.x), part(v.y), part(v.z)}; };
