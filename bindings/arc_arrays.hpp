@@ -9,7 +9,7 @@ namespace binding {
 
 class ArcArrays {
 public:
-    /// Checks the arrays: numbers of arcs and their ends (n, 2), rad.
+    /// Views numbers of arcs (sets,) and their ends (arcs, 2), rad; only the types are checked.
     ArcArrays(nb::handle count, nb::handle psi) : count_(count), psi_(psi) {
         if (!count_.is('l') || !psi_.is('d'))
             throw std::invalid_argument("arc arrays of int64 and float64 were expected");
@@ -27,7 +27,7 @@ public:
     /// The index of the first arc of a set.
     std::size_t first(long long set) const noexcept { return first_[static_cast<std::size_t>(set)]; }
 
-    /// Reads set number `set`; its ends are tagged tag, tag + 1, ...
+    /// Reads set number `set`; its ends are tagged tag, tag + 1, ..., those of a full circle are not.
     armangle::ArcSet load(long long set, int tag) const noexcept {
         armangle::ArcSet out;
         const long long n = count_.data<long long>()[set];

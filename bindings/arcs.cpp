@@ -128,7 +128,8 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
         });
 }
 
-/// Computes the requested sets of all poses as flat arrays.
+/// Computes the requested sets of all poses as flat arrays; margin, psi_margin and discriminant are those of
+/// limit_table().
 ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double margin, double psi_margin,
                          double discriminant, Wanted wanted, int threads, const SceneHandle* scene) {
     const Buffer p(pose), g(gc);

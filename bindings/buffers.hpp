@@ -45,7 +45,7 @@ using Codes = ArrayHandle<Int8>;
 using Bytes = ArrayHandle<UInt8>;
 using Singles = ArrayHandle<Float32>;
 
-/// A view of an object's memory; the destructor releases it. Types and shapes are for the caller to check.
+/// A view of an object's memory; the destructor releases the view. The caller checks type and shape.
 class Buffer {
 public:
     Buffer() = default;
@@ -87,7 +87,7 @@ public:
         if (!f || f[1]) return false;
         return kind == 'd' || kind == 'f' ? *f == kind : ((*f == 'l' || *f == 'q') && view_.itemsize == 8);
     }
-    /// The first element; its type is not checked.
+    /// Points to the first element; T must be its type, which is not checked.
     template <class T>
     T* data() const noexcept {
         return static_cast<T*>(view_.buf);
@@ -143,7 +143,7 @@ inline bool as_index(nb::handle h, long long& out) noexcept {
     return false;
 }
 
-/// Corrects a pose for the rounding of its numbers to `precision` (ratio; 0: exact numbers).
+/// Corrects the pose m (16 numbers), but not its last row, for rounding to `precision` (ratio; 0: exact).
 template <class AnyArm>
 void correct_rounding(const AnyArm& arm, double precision, double* m) noexcept {
     if (!(precision > 0)) return;
@@ -231,7 +231,8 @@ private:
 /// The most rows of a batch that is answered like a single element: at once, without threads or progress.
 inline constexpr Py_ssize_t few = 16;
 
-/// The rows of a small C-contiguous float64 array (n, inner...), n from 1 to `few`; 0 for anything else.
+/// The number n of rows, 1 to `few`, of a C-contiguous float64 array (n, inner...), which `rows` views; 0 for
+/// anything else.
 inline Py_ssize_t few_rows(nb::handle object, Buffer& rows,
                            std::initializer_list<Py_ssize_t> inner) noexcept {
     if (is_masked_array(object) || !rows.try_get(object)) return 0;
@@ -375,7 +376,7 @@ public:
     }
 
     /// Calls run(flat index, offsets, strides, count) for each run of the last axis within [begin, end), in
-    /// pieces of some elements, until ended(elements done) is true.
+    /// pieces of at most `piece` elements, until ended(elements done) is true.
     template <class Run, class Ended>
     void for_runs(std::size_t begin, std::size_t end, const Run& run, const Ended& ended,
                   std::size_t piece = 1024) const {

@@ -19,7 +19,7 @@ using namespace armangle;
 
 /// count per set; for each arc its two ends as angle, joint, side and value in q; status per set. With a
 /// scene also, for each end, the pair of obstacle and link that causes it, and per set a pair that blocks it,
-/// if one is known.
+/// if one is known, and whether narrow arcs may be missing.
 using ArcColumns = nb::typed<nb::tuple, Ints, Floats, Codes, Codes, Floats, Codes, nb::object, nb::object>;
 
 /// Moves values into a NumPy array with this number of columns, without a copy.
@@ -49,17 +49,17 @@ struct Grown {
         data = own.get();
         capacity = wanted;
     }
-    /// Makes room for `more` values beyond the present ones, which are kept.
+    /// Makes room for `more` values beyond the present ones, which stay; grows by half the capacity more.
     void room_for(std::size_t more) {
         if (size + more > capacity) reserve(size + more + capacity / 2);
     }
-    /// Uses a part of another object's memory.
+    /// Uses another object's memory for `count` values, from its value `first` on; size stays.
     void borrow(const Grown& whole, std::size_t first, std::size_t count) {
         data = whole.data + first;
         capacity = count;
     }
 
-    /// The values as an array with these columns, which owns them.
+    /// The values, whose memory must be `own`, as an array with these columns, which takes them over.
     nb::object release(std::size_t columns) {
         T* kept = own.release();
         nb::capsule owner(kept, [](void* p) noexcept { delete[] static_cast<T*>(p); });
@@ -155,7 +155,7 @@ struct Collected {
                 pair.data[pair.size++] = pair_of(tag);
     }
 
-    /// Column `index` of ArcColumns as an array; may be called once.
+    /// Column `index` of ArcColumns as an array, from 6 on None without a scene; may be called once each.
     nb::object column(std::size_t index) {
         switch (index) {
             case 0: return count.release(1);

@@ -10,8 +10,8 @@ using namespace armangle;
 
 namespace {
 
-/// Writes the joints of a pose (16 numbers), psi (rad) and gc of an S-R-S arm to q; false if one is invalid,
-/// psi exceeds two turns, or the pose is out of reach.
+/// Writes the joints of a pose (16 numbers), psi (rad) and gc of an S-R-S arm to q, ignoring limits; false if
+/// one is invalid, psi exceeds `likely_degrees`, or the pose is out of reach or folded.
 bool solve_regular(const Arm& arm, const double* m, double psi, long long gc, double* q) noexcept {
     double value;
     if (!(std::fabs(psi) <= likely_degrees) || gc < 0 || gc >= configurations) return false;
@@ -173,8 +173,8 @@ Wished wished_psi(const OffsetArm& arm, const Pose<double>& pose, int gc, const 
     return {found.psi, excess > 0 ? Problem::unreachable : Problem::no_posture, excess};
 }
 
-/// Writes the psi of the elbow's target for each pose and branch; with `nan`, NaN if there is none, instead
-/// of an error.
+/// Writes the psi of the elbow's target (..., 3), a point (m) or direction as `wish` says, for each pose and
+/// branch; with `nan`, NaN if there is none, instead of an error.
 template <class Handle>
 void psi_towards_many(const Handle& self, Floats pose, Ints gc, Wish wish, Floats target, Floats out,
                       bool nan, int threads) {

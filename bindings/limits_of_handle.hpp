@@ -7,11 +7,11 @@
 
 namespace binding {
 
-/// The table of the arm's limits, with a margin if one is requested.
+/// The table of the arm's limits, with a margin (rad) to singularities if it is positive.
 inline armangle::LimitTable table(const ArmHandle& self, double margin) {
     return margin > 0 ? armangle::limit_table(self.arm, margin) : self.limits;
 }
-/// What an arm with an offset uses instead of a table of limits, with a margin (rad).
+/// What an arm with an offset takes in place of a table of limits; a margin is ignored.
 inline armangle::OffsetLimits table(const OffsetHandle& self, double margin) {
     return armangle::limit_table(self.arm, margin);
 }

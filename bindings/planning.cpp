@@ -218,11 +218,12 @@ ChainPlan planned(const A& arm, const Segment* segments, std::size_t n, const do
 }
 
 /// Plans a path and returns (ok, gc, plane, stretches, open, start gap, goal gap, branches, shifts, base).
-/// rows: values of s that must be sections of the plan. weights: limits, singularities, travel, enough, psi,
-/// duration, and seven velocities and accelerations. wished: psi at equal steps of s, or the elbow's point or
-/// direction; None without a target. allowed: count and arcs, the same for every s; allowed_at: a function of
-/// s that returns them. scenes: each for an equal part of the path. held_q_7: q of joint 7 if the roll is
-/// free. true_scene: the scene of an arm with its own chain; `scenes` are then those of its nominal arm.
+/// rows: values of s that must be sections of the plan (ignored with an offset). branches: a bit for each.
+/// weights: limits, singularities, travel, enough, psi, duration, and seven velocities and accelerations.
+/// wished: psi at equal steps of s, or the elbow's point or direction; None without a target. allowed: count
+/// and arcs, the same for every s; allowed_at: a function of s that returns them. scenes: each for an equal
+/// part of the path. held_q_7: q of joint 7 if the roll is free. true_scene: the scene of an arm with its own
+/// chain; `scenes` are then those of its nominal arm.
 template <class Handle>
 nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
@@ -361,7 +362,7 @@ double psi_of(const ChainArm& arm, const PlacedPosture& at) noexcept {
     return lift(forward(arm, at.q).psi, at.psi);
 }
 
-/// The configuration at s of a curve without a leading joint.
+/// The configuration at s of a curve of an S-R-S arm.
 PlacedPosture along(const Arm&, const Curve& curve, double s) noexcept { return curve.at(s); }
 /// The configuration at s of a curve of the nominal arm, corrected to the true chain.
 PlacedPosture along(const ChainArm& arm, const Curve& curve, double s) noexcept {
@@ -629,6 +630,7 @@ void bind_offset_planning(nb::class_<OffsetHandle>& arm) {
     bind_rows(arm);
 }
 
+/// Binds planning for an arm with an offset and its own chain, and the curves through its rows.
 void bind_offset_chain_planning(nb::class_<OffsetChainHandle>& arm) {
     bind_planning_of(arm);
     bind_rows(arm);

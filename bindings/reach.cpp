@@ -33,7 +33,7 @@ void reachable_many(const Handle& self, Floats pose, double margin, Ints out, in
     });
 }
 
-/// Writes the freedom of each pose. widths: total and widest (rad); codes: gc, arcs, status.
+/// Writes the Freedom of each pose. widths: total and widest (rad); codes: gc (a bit a branch), arcs, status.
 template <class Handle>
 void freedom_many(const Handle& self, Floats pose, double margin, Floats widths, Ints codes, int threads) {
     const Buffer in(pose), wide(widths, true), code(codes, true);
@@ -259,8 +259,8 @@ void place_cells(const ReducedArm<AnyArm>& arm, double r, double height, const M
     }
 }
 
-/// Writes the cells (k, tilts, turns) of a map at wrist positions (k, 2), r and height. Optional: yaw, roll,
-/// and the proof for cells of `size` along each axis (4,).
+/// Writes gc and freedom of the cells (k, tilts, turns) of a map at wrist positions (k, 2), r and height.
+/// Optional: yaw, roll, and the proof for cells of `size` along each axis (4,).
 template <class Handle>
 void map_cells(const Handle& self, Floats places, Floats tilt, Floats turn, Floats size, double margin,
                Bytes gc, Singles freedom, std::optional<Bytes> yaw, std::optional<Bytes> roll,

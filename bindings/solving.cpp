@@ -315,8 +315,8 @@ nb::object solve_few(const Handle& self, nb::handle pose, nb::handle near, Metri
     return solutions_of(found, poses.data<double>(), n, kind);
 }
 
-/// Returns the number of solutions of each pose, their data in the order of the poses, and the reason for
-/// poses without any.
+/// Returns the number of solutions of each pose; q, psi, gc, distance and margin of all of them, in the order
+/// of the poses; and the status of each pose, the reason if it has none.
 template <class Handle>
 nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solutions_many(
     const Handle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,

@@ -109,7 +109,7 @@ Step next_step(const ArmHandle& self, double margin, const double* q, const Pose
     return step(self.arm, limits.table, q, pose, options);
 }
 
-/// The functions for steps of an arm with an offset; a margin is ignored.
+/// The functions for steps of an arm with an offset; the second argument, a margin, is ignored.
 template <class Handle>
 auto steps_of(const Handle& self, double) noexcept {
     return armangle::steps_of(self.arm);
@@ -211,7 +211,7 @@ void make_follow_options(FollowOptions* self, const Policy& policy, std::optiona
     step.nearest = nearest;
 }
 
-/// Columns that `follow` fills, one row a pose.
+/// Columns that `follow` fills, one row a pose: q, psi, gc, status, margin, residual.
 using FollowColumns = nb::typed<nb::tuple, Floats, Floats, Ints, Codes, Floats, Floats>;
 
 /// None, one for all poses, or one a pose.

@@ -139,7 +139,8 @@ nb::object track_hand(Loop& self, nb::handle pose, nb::handle names) {
     return hand.read(self.arm(), pose, command) ? advance(self, command, names) : nb::none();
 }
 
-/// Advances one cycle with any command; None if pose or elbow is no small matrix.
+/// Advances one cycle with any command (dt and reconfigure as in Command); None if pose or elbow is no small
+/// matrix.
 template <class Loop>
 nb::object track_one(Loop& self, nb::handle pose, nb::handle names, nb::handle elbow, Wish wish, double dt,
                      int reconfigure) {

@@ -118,7 +118,8 @@ void each_pose(Block<Handle>& b, std::size_t size, const One& one) {
     }
 }
 
-/// Reports invalid poses, and gc outside 0..7. Non-finite numbers give NaN results and are no problem.
+/// Replaces the outcome: reports invalid poses, and gc outside 0..7. Non-finite numbers, which give NaN, are
+/// no problem.
 template <class Handle>
 void report_misshapen(Block<Handle>& b) {
     b.outcome = {};
@@ -194,7 +195,7 @@ struct ForwardPullTask : Plain {
 struct InverseTask : Plain {
     static constexpr std::size_t input = pose_size, output = joints;
     static constexpr bool has_branch = true;
-    /// Writes joints of poses, arm angles and branches.
+    /// Writes joints of poses, arm angles and branches, whatever the limits; NaN if there is no solution.
     template <class Handle>
     static void run(Block<Handle>& b) {
         if constexpr (std::is_same_v<Handle, ArmHandle>) {

@@ -36,7 +36,7 @@ _SHOWN = 10
 
 
 def show(text: str = "") -> None:
-    """Print text, in colour on a terminal only; characters missing in the stream's encoding become '?'."""
+    """Print text, in colour on a terminal only; characters that its encoding lacks are replaced."""
     text = text if colourful(sys.stdout) else plain_text(text)
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
     try:
@@ -136,7 +136,7 @@ def redundancy_name(arm: Arm) -> str:
 
 
 def unsolved_text(arm: Arm, pose: Floats, gc: int, status: Status) -> str:
-    """Return in words why a pose (4, 4) has no solution, with the distance in mm if it is out of reach."""
+    """Return in words why a pose (4, 4) has no solution; of an arm with an arm angle how far beyond reach."""
     if status == Status.UNREACHABLE and arm.redundancy == "arm_angle":
         try:
             arm.inverse(pose, 0.0, gc, limits=False)

@@ -159,7 +159,10 @@ def _off(arm: Arm, q: Floats, frames: Floats) -> Floats:
 
 
 def solve_all(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
-    """Print one solution for each branch and interval, the nearest first; return the exit status and None."""
+    """Print one solution for each branch and interval, the nearest to the seed (or the middle) first.
+
+    Return the exit status, 1 if there is none, and None.
+    """
     arm, frame = asked.arm, asked.frame
     arm = arm.with_(scene=asked.scene, singularity_margin=args.singularity_margin)
     seed, name = _seed(asked)

@@ -31,12 +31,12 @@ _SPECIAL = {None: np.nan, "inf": np.inf, "-inf": -np.inf}
 
 
 def refuse(path: PathLike, message: str, line: int | None = None) -> NoReturn:
-    """Raise the error of a file."""
+    """Raise the ModelError of a file, with its path and line."""
     raise ModelError(message, source=str(path), line=line)
 
 
 def read_blocks(path: PathLike) -> dict[str, NDArray[Any]]:
-    """Return the blocks of an NPZ or JSON file, unchecked.
+    """Return the blocks of an NPZ file, or for any ending but .npz of a JSON file, unchecked.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def number_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str, 
 
 
 def word_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str) -> list[str]:
-    """Return a block of words.
+    """Return a block of words, which must be in `blocks`.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
 
 
 def _column(value: Any, path: PathLike, name: str) -> NDArray[Any]:
-    """Return a JSON list as an array of numbers or words; of objects if it holds anything else."""
+    """Return a JSON list as an array of numbers (null is NaN) or words; of objects for anything else."""
     try:
         array = np.array(value, dtype=object)
     except (ValueError, RecursionError):

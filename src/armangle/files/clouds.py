@@ -163,7 +163,7 @@ def _pcd(data: bytes) -> Floats:
 
 
 def _columns_of_text(body: bytes, count: int, names: list[str]) -> Floats:
-    """Return x, y and z (n, 3) of the rows of a text; `names` are its columns."""
+    """Return x, y and z (count, 3) of the first rows of a text; `names` are its columns."""
     if len(body) > _opening.TEXT:
         raise ValueError(f"more than {_opening.TEXT // _opening.MIB} MiB of text; write it as binary")
     columns = [names.index(axis) for axis in _AXES]

@@ -26,7 +26,7 @@ _SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 @dataclass(frozen=True, eq=False)
 class CsvBlock:
-    """Some rows of a file: numbers (n, columns), words by column name, and the line of each row."""
+    """Some rows of a file: numbers (n, columns), words by name of a column it has, the line of each row."""
 
     numbers: Floats
     words: dict[str, list[str]]
@@ -34,7 +34,7 @@ class CsvBlock:
 
 
 class RowLines:
-    """The lines of a file for csv.reader, with a limit: `taken` is set to 0 after each row."""
+    """The lines of a file for csv.reader, with a limit; whoever reads sets `taken` to 0 after each row."""
 
     def __init__(self, file: TextIO) -> None:
         """Read from an open text file."""
@@ -55,7 +55,7 @@ class RowLines:
 
 
 def open_text(path: PathLike, fail: _opening.Fail) -> TextIO:
-    """Return a text file of numbers, opened for reading line by line."""
+    """Return a text file of numbers, opened for reading line by line; `fail` raises for a reason."""
     file = _opening.open_file(path, _opening.NUMBERS, fail)
     return io.TextIOWrapper(file, encoding="utf-8-sig", newline="")
 
@@ -73,7 +73,7 @@ class CsvFile:
     words : sequence of str
         Optional columns of text. All other columns are ignored.
     lost : bool
-        Whether cells for numbers may be empty: these are NaN. Otherwise empty rows may only end a file.
+        Whether cells for numbers may be empty: these are NaN. Otherwise rows of empty cells only end a file.
 
     Raises
     ------
@@ -90,7 +90,7 @@ class CsvFile:
         *,
         lost: bool = False,
     ) -> None:
-        """Set which columns a file must and may have; if `lost`, an empty number is NaN, not an error."""
+        """Set which columns a file must and may have; it is opened by `blocks`, which raises."""
         self.path = path
         self.lost = lost
         self.required = tuple(required)
@@ -99,7 +99,7 @@ class CsvFile:
         self.at: dict[str, int] = {}
 
     def fail(self, message: str, line: int | None = None, name: str | None = None) -> NoReturn:
-        """Raise with a line and the column of a name."""
+        """Raise a ModelError with a line and the number of a column, which must be in the header."""
         column = None if name is None else self.at[name] + 1
         raise ModelError(message, source=str(self.path), line=line, column=column)
 

@@ -21,6 +21,7 @@ def load_field(path: PathLike, *, name: str | None = None) -> Field:
     path : path
         ``.npz`` with ``distance`` (I, J, K), ``origin`` (3,) and ``spacing``, all in m, as for `Field`.
     name : str, optional
+        The field's name; None without it.
 
     Returns
     -------
@@ -29,7 +30,7 @@ def load_field(path: PathLike, *, name: str | None = None) -> Field:
     Raises
     ------
     SceneError
-        If the file cannot be read, lacks an array, or holds no valid field.
+        If the ending is another, or the file cannot be read, lacks an array, or holds no valid field.
 
     Examples
     --------

@@ -264,7 +264,7 @@ class _Moveit:
         return self.lines[self.at - 1]
 
     def numbers(self, count: int) -> Floats:
-        """Return the `count` numbers of the present line and go to the next."""
+        """Return the numbers of the present line, exactly `count` and finite, or raise; go to the next."""
         words = self.lines[self.at].split() if self.at < len(self.lines) else []
         try:
             values = np.array([number_in(word) for word in words])
@@ -285,7 +285,7 @@ class _Moveit:
             self.fail("a quaternion x y z w of length 1")
 
     def count(self) -> int:
-        """Return the whole number of a line."""
+        """Return the whole number, not negative, of the present line, or raise; go to the next."""
         value = float(self.numbers(1)[0])
         if value < 0 or value != int(value):
             self.at -= 1
@@ -316,7 +316,7 @@ class _Moveit:
         return [make(name if len(made) == 1 else f"{name}_{k}") for k, make in enumerate(made)]
 
     def shape(self, frame: Floats) -> list[Callable[[str], Shape]]:
-        """Return for each ball or capsule that covers one shape of the file a function from name to it."""
+        """Return functions from a name to a shape: to a box itself, or to each cover of another shape."""
         kind = self.line()
         rods: list[Rod] = []
         size = np.zeros(3)

@@ -43,7 +43,7 @@ class JointTable:
     Parameters
     ----------
     s : ndarray, shape (N,)
-        Path parameter in [0, 1].
+        Path parameter, any finite number in the file; `save` writes 0 to 1.
     q : ndarray, shape (N, 7)
         Joint values, rad; NaN in rows without a solution.
     psi : ndarray, shape (N,)
@@ -119,7 +119,7 @@ def save(value: Any, path: PathLike) -> None:
 
 @singledispatch
 def sheet_of(value: Any) -> Sheet:
-    """Return the columns under which a value is saved; each type registers its own function."""
+    """Return the columns under which poses are saved, raise for others; types register their own function."""
     if not isinstance(value, (np.ndarray, list, tuple)):
         raise InputError(f"a {type(value).__name__} cannot be saved, wanted a path or poses (N, 4, 4)")
     if np.shape(value)[-1:] == (JOINTS,):
@@ -230,7 +230,9 @@ def load_poses(path: PathLike, *, lost: bool = False) -> Floats:
 
 
 def sample_times(path: PathLike) -> Floats | None:
-    """Return the column t (s) of a CSV file of poses, NaN in empty cells; None without, or for other files.
+    """Return the column t (s) of a CSV file of poses, NaN in empty cells.
+
+    None without that column or without rows, and for NPZ and JSON.
 
     Raises
     ------

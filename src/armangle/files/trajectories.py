@@ -38,7 +38,7 @@ class TrajectoryTable:
     t : ndarray, shape (N,)
         Times, s, rising.
     s : ndarray, shape (N,)
-        Path parameter in [0, 1]; NaN if the file has none, as in YAML.
+        Path parameter as in the file; NaN if it has none, as in YAML.
     q, qd, qdd : ndarray, shape (N, 7)
         Joint values, velocities and accelerations: rad, rad/s, rad/s².
     joint_names : tuple of str

@@ -133,7 +133,7 @@ def exceeds(value: float, most: float) -> bool:
 
 
 def above(value: float) -> str:
-    """Return a number slightly above the value, with three digits, as text."""
+    """Return a number slightly above a positive value, with three digits, as text."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return f"{(math.floor(value / step) + 1) * step:.3g}"
 

@@ -195,7 +195,7 @@ class Candidate:
 
     @cached_property
     def residual(self) -> float:
-        """Largest distance between the nearest S-R-S arm and the file, m; NaN if the chain is not near."""
+        """Largest distance between the nearest S-R-S arm and the file, m; NaN if S-R-S or not near."""
         if self.chain is None or self.nearness is None or not self.nearness.near:
             return math.nan
         return residual(self.chain, fitted_arm(self.chain))[0]
@@ -217,7 +217,7 @@ class Candidate:
         return f"{near}; or {special}" if special else near
 
     def rank(self) -> int:
-        """Return 0 for S-R-S, 1 for an offset wrist or shoulder, 2 for near, 3 for others."""
+        """Return 0 for S-R-S, 1 for an offset wrist or shoulder, 2 for near one of these, 3 for others."""
         if self.nearness is not None and self.nearness.srs:
             return 0
         if self.offset:
@@ -246,7 +246,7 @@ def listed(names: Sequence[str], most: int = _MOST_NAMES) -> str:
 
 
 def unknown(what: str, name: str, role: str, names: Sequence[str]) -> str:
-    """Return the message for a name that is not in a file."""
+    """Return the message for a "link" or "body" (`what`) that is not in a file; `role`: "base" or "tip"."""
     near = get_close_matches(name, names, n=3)
     hint = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
     plural = {"link": "links", "body": "bodies"}[what]
@@ -342,7 +342,7 @@ def guess(
     fail : callable
         Raises the error of the file's format.
     offset : bool, optional
-        Whether to search an arm with an offset wrist or shoulder instead of an S-R-S one.
+        Of several chains take the only one with an offset wrist or shoulder, not the only S-R-S one.
     """
     if tip is not None:
         return _base_of(tree, chain, tip, fail), tip, ()

@@ -106,7 +106,7 @@ def _files(folder: str) -> dict[str, Path]:
 
 
 def is_file_or_text(source: str) -> bool:
-    """Return whether a string is XML text or looks like a path, and not like a catalogue name."""
+    """Return whether a string is XML text or looks like a path, and is no name of the catalogue."""
     return source not in catalogue() and ("<" in source or "/" in source or "." in source or "\\" in source)
 
 
@@ -116,7 +116,7 @@ def _words(text: str) -> list[str]:
 
 
 def load_robot(name: str) -> CatalogueEntry:
-    """Return an S-R-S arm of the catalogue.
+    """Return an arm of the catalogue, S-R-S or with an offset wrist or shoulder.
 
     Raises
     ------
@@ -311,7 +311,7 @@ class _Reader:
         return self.finite(key, self.get(key))
 
     def finite(self, key: str, value: Any, allow_infinite: bool = False) -> float:
-        """Return a value as a finite number, or an infinite one if allowed; raise for anything else."""
+        """Return a value as a number of at most 1e9, or infinite if allowed; raise for anything else."""
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if not number or not (abs(value) <= _LARGEST or (allow_infinite and abs(value) == math.inf)):
             self.fail(key, f"has {value!r:.40}, wanted a finite number")
@@ -349,7 +349,7 @@ class _Reader:
         return tuple(values)
 
     def frame(self, key: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Return a matrix (4, 4)."""
+        """Return a matrix (4, 4) of finite numbers."""
         rows = self.get(key)
         if not isinstance(rows, list) or [isinstance(r, list) and len(r) for r in rows] != [4] * 4:
             self.fail(key, "is not a 4x4 matrix")

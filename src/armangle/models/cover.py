@@ -99,8 +99,8 @@ def cover_cylinder(radius: float, length: float, most: int) -> list[Rod]:
 
 
 def _rims(radius: float, half: float, height: float) -> Rod:
-    """Return the smallest rod on the z axis that contains a cylinder of length 2 `half` with its middle at
-    z = `height`, m.
+    """Return nearly the smallest rod on the z axis that contains a cylinder of length 2 `half` with its
+    middle at z = `height`, m.
     """
     rods = []
     for back in np.linspace(0.0, half, 30):
@@ -192,7 +192,7 @@ def cut(triangles: Floats, normal: Floats, height: float) -> tuple[Floats, Float
 
 
 def merged(vertices: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
-    """Return a mesh with equal corners merged, and without degenerate triangles."""
+    """Return a mesh with equal corners merged, and without triangles that have two equal corners."""
     unique, index = np.unique(vertices, axis=0, return_inverse=True)
     triangles = index.ravel()[faces]
     a, b, c = triangles.T

@@ -217,7 +217,9 @@ def _refusal(
 
 
 def _within_most(chain: Chain, found: Nearness) -> bool:
-    """Return whether the largest tolerances accept a chain, and the core keeps it with its fitted arm."""
+    """Return whether a chain is not S-R-S, the largest tolerances accept it, and the core keeps it with its
+    fitted arm.
+    """
     axes = Axes(*chain.lines())
     if found.srs or reasons_against(axes, MAX_ANGLE, MAX_LENGTH):
         return False

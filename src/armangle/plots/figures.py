@@ -97,7 +97,7 @@ def _frame(space: Any, frame: Floats, origin: Floats, length: float, name: str) 
 
 
 def _emptiest_way(frame: Floats) -> Floats:
-    """Return the unit vector across the line of sight that is farthest from the axes of a frame."""
+    """Return, of 16 unit vectors across the line of sight, the one farthest from the axes of a frame."""
     angle = np.arange(0.0, 2 * np.pi, np.pi / 8)[:, None]
     ways: Floats = np.cos(angle) * _RIGHT + np.sin(angle) * np.cross(_TO_VIEWER, _RIGHT)
     nearest: Floats = (ways @ frame[:3, :3]).max(axis=1)

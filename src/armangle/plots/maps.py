@@ -145,7 +145,7 @@ def _name_islands(panel: Any, clear: ArcSet, blocked: ArcSet, s: Floats) -> None
 
 
 def _names(clear: ArcSet, blocked: ArcSet, at: int) -> list[set[str]]:
-    """Return the obstacles that end each blocked arc at row `at`."""
+    """Return the obstacles that end each blocked arc at row `at`; of a full circle the one that blocks."""
     if not blocked[at].is_full:
         return [{end.obstacle for end in ends if end.obstacle} for ends in blocked[at].ends]
     alone = clear.blocking[at]

@@ -167,7 +167,7 @@ def _outer_ring(polar: Any, blocked: dict[str, ArcSet], base: float) -> None:
 
 
 def _mark_singular(polar: Any, arm: Arm, pose: Any, gc: int, every: ArcSet) -> None:
-    """Mark on each joint's ring the arm angles at which the joint jumps or has a corner."""
+    """Mark on each joint's ring of an S-R-S arm the arm angles at which the joint jumps or has a corner."""
     if every.status in (Status.UNREACHABLE, Status.FOLDED) or arm.kind != "srs":
         return
     for joint in range(1, JOINTS + 1):
@@ -198,7 +198,7 @@ def _dress_circle(polar: Any, radius: float, gc: int, every: ArcSet, feasible: A
 
 
 def _circle_legend(polar: Any, arm: Arm, user: bool, *, made: bool) -> None:
-    """Draw the legend of the circle."""
+    """Draw the legend; `user`: arcs are given as allowed; `made`: in a new figure, outside the axes."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -395,7 +395,7 @@ def _profile(panel: Any, arm: Arm, function: Any, angles: Any, blocked: ArcSet) 
 
 
 def _profile_legend(panels: Any, marked: bool, chain: bool) -> None:
-    """Draw the legend of the joints' panels."""
+    """Draw the legend of the joints' panels; `marked`: with ψ; `chain`: with unproven arm angles."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -438,7 +438,7 @@ class Field:
     def __init__(
         self, distance: ArrayLike, origin: ArrayLike, spacing: float, *, name: str | None = None
     ) -> None:
-        """Check the numbers: distances must not change faster than the position."""
+        """Check the numbers: most neighbouring distances must not differ by more than the spacing."""
         wanted = "distances (m), an array of shape (I, J, K), each at least 2"
         try:
             array = np.asarray(distance)

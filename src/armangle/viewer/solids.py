@@ -48,7 +48,7 @@ class Solid:
 
 
 def capsules(arm: Arm, *, skip: frozenset[int] = frozenset()) -> list[Solid]:
-    """Return the arm's links as capsules; frames in `skip` (0..7) have their own solids."""
+    """Return the links as capsules, without those of no length and of the DH frames (0..7) in `skip`."""
     q = np.zeros(JOINTS)
     points, frames = corners(arm, q), arm.frames(q)
     size = arm.geometry.reach

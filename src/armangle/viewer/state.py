@@ -458,7 +458,7 @@ class ViewerState:
             raise InputError("the motion has no solved row, wanted at least one")
 
     def seek(self, row: int) -> Answer:
-        """Go to a row of the motion; at an unsolved row the arm stays."""
+        """Go to a row of the motion (clipped to its rows); at an unsolved row the arm stays."""
         if self.motion is None:
             return self._say(False, "There is no motion to play.")
         self.row = min(max(int(row), 0), len(self.motion) - 1)

@@ -53,7 +53,7 @@ def lowest(shape: Shape) -> float:
 def points_of(shape: Cloud | Field) -> tuple[Floats, float]:
     """Return points (N, 3) for drawing a cloud or a field, m, and their size.
 
-    At most `MOST_POINTS` of a cloud, evenly chosen; of a field the nodes within a spacing of the obstacle.
+    At most `MOST_POINTS`, evenly chosen: of a cloud, or of a field's nodes within a spacing of the obstacle.
     """
     if isinstance(shape, Cloud):
         every = -(-len(shape.points) // MOST_POINTS)

@@ -114,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _describe(arm: Arm, args: argparse.Namespace) -> int:
-    """Print the numbers of the arm."""
+    """Print the numbers of the arm and write it to --output; return 0."""
     kind, report = _kind(arm), arm.report
     offset = "a_1" if arm.geometry.a_1 else "a_6" if arm.geometry.a_6 else "d_4"
     text = _toml(arm) if kind in ("srs", "srs_fitted") else None
@@ -218,7 +218,7 @@ def _write(text: str, file: str) -> None:
 
 
 def _place(arm: Arm, args: argparse.Namespace) -> int:
-    """Print the pose of joints; status 1 if they violate their limits."""
+    """Print and write the pose of joints, status 1 if they violate limits; with --plot draw instead."""
     many = is_file(args.joints)
     if args.plot is not None and not many:
         raise InputError("--plot draws a motion: give --joints FILE")
@@ -292,7 +292,7 @@ def _show_many(arm: Arm, pose: Floats, psi: Floats, gc: Ints, margin: Floats) ->
 
 
 def _body(args: argparse.Namespace) -> int:
-    """Print the collision model of a file."""
+    """Print the collision model of a file and write it to --output; return 0."""
     if not is_description(args.robot):
         raise InputError(f"--body reads the collision shapes of a URDF or MJCF, and {args.robot} is none")
     shapes, _, hulls = args.body.partition(",")

@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _line(option: str, text: str, step: float) -> Floats:
-    """Return the positions from FROM to TO, `step` (m) apart."""
+    """Return positions `step` (m) apart, from FROM and at most to TO, of `text` FROM,TO; raise InputError."""
     try:
         first, last = (number(part) for part in text.split(","))
     except (ValueError, argparse.ArgumentTypeError):

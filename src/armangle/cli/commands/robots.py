@@ -31,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a table of all arms, or of those that match words, or one arm."""
+    """Print a table of all arms, or of those that match words; of a single one its numbers; none raises."""
     search = " ".join(args.name)
     names = (search,) if search in catalogue() else catalogue(search)
     if len(names) < 2:

@@ -16,7 +16,7 @@ _COLLIDING = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "
 
 
 class PlacedGeom(NamedTuple):
-    """One geom: its body, the DH frame 0..7 that carries it, its pose in the base, its kind and size (m).
+    """One geom: its body, the DH frame 0..7 that carries it, its pose in the base, kind, MuJoCo's size (m).
 
     `vertices` and `faces` are empty unless it is a mesh.
     """

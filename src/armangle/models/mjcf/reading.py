@@ -195,7 +195,7 @@ class MjcfModel:
         return ways[0] ^ ways[1]
 
     def between(self, base: str, tip: str) -> Chain:
-        """Return the chain between two bodies, or a body and a site."""
+        """Return the chain of any number of hinges from a body down to a body or site; raise if none."""
         start = self.body(base, "base")
         site = None if self.find("body", tip) is not None else self.find("site", tip)
         end = self.body(tip, "tip") if site is None else int(self.model.site_bodyid[site])
@@ -274,7 +274,10 @@ class MjcfModel:
         return above
 
     def hinge(self, index: int, frame: FloatArray) -> Joint:
-        """Return a joint of the model, given the frame of its body in that of the joint before it."""
+        """Return a hinge, given the frame of its body in that of the joint before it; raise for other joints.
+
+        Limits that the model lacks are infinite.
+        """
         model = self.model
         name = self.name("joint", index)
         kind = int(model.jnt_type[index])

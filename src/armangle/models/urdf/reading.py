@@ -415,7 +415,7 @@ def _bound(joint: JointElement) -> str:
 
 
 def _refuse_unless_rotating(robot: RobotElement, joint: JointElement) -> None:
-    """Raise for a joint on the path that mimics another or whose type is unknown."""
+    """Raise for a joint on the path that mimics another, is of unknown type, or is an expression of xacro."""
     robot.refuse_expression(joint)
     bound = _bound(joint)
     if bound:
