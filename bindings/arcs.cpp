@@ -219,7 +219,7 @@ void proven_sets(const OffsetArm& arm, const Pose<double>& pose, const ProvenReq
     proven_offset_sets(asked, pose, r, take);
 }
 /// Calls take(k, set, found, blocking, value_of) for each set of a pose of an arm with an offset on its own
-/// chain.
+/// chain; a singularity margin is ignored.
 template <class Take>
 void proven_sets(const OffsetChain& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
     proven_offset_sets(arm, pose, r, take);

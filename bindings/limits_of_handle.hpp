@@ -11,7 +11,7 @@ namespace binding {
 inline armangle::LimitTable table(const ArmHandle& self, double margin) {
     return margin > 0 ? armangle::limit_table(self.arm, margin) : self.limits;
 }
-/// What an arm with an offset takes in place of a table of limits; a margin is ignored.
+/// What an arm with an offset takes in place of a table of limits; `margin` is ignored: the arm has its own.
 inline armangle::OffsetLimits table(const OffsetHandle& self, double margin) {
     return armangle::limit_table(self.arm, margin);
 }

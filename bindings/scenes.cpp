@@ -472,7 +472,7 @@ void feasible_of(const ChainArmHandle& self, const Pose<double>& pose, int gc, d
                  ProvenArcs& out) noexcept {
     feasible(self.arm, pose, gc, self.arm.nominal.limits, margin, out);
 }
-/// Computes the proven arcs of a pose and branch of an arm with an offset; a margin is ignored.
+/// Computes the proven arcs of a pose and branch of an arm with an offset, whose own margin counts.
 template <class Handle>
 void feasible_of(const Handle& self, const Pose<double>& pose, int gc, double, ProvenArcs& out) noexcept {
     feasible(self.arm, pose, gc, out);

@@ -109,7 +109,7 @@ Step next_step(const ArmHandle& self, double margin, const double* q, const Pose
     return step(self.arm, limits.table, q, pose, options);
 }
 
-/// The functions for steps of an arm with an offset; the second argument, a margin, is ignored.
+/// The functions for steps of an arm with an offset, whose own margin counts, not the second argument.
 template <class Handle>
 auto steps_of(const Handle& self, double) noexcept {
     return armangle::steps_of(self.arm);

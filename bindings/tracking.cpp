@@ -196,7 +196,8 @@ void track_many(Loop& self, Floats poses, Floats q) {
 }
 
 /// Writes the poses (n, 4, 4) that a target filter (omega, patience, jump, turn) computes from samples, one
-/// every dt s; a sample that is no rigid pose counts as missing.
+/// every dt s; a sample that is no rigid pose counts as missing, and before the first the identity is
+/// written.
 void smooth_hand(double omega, double patience, double jump, double turn, Floats samples, double dt,
                  Floats poses) {
     const Buffer in(samples), out(poses, true);
