@@ -54,8 +54,8 @@ def as_floats(name: str, value: ArrayLike, tail: Shape = (), meaning: str = "") 
 def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Floats:
     """Return poses as float64 (..., 4, 4); pose objects of other libraries are accepted, see `matrix_of`.
 
-    Poses in float32 are rounded: their rotations are made exact. Poses that rounding puts out of the reach of
-    `arm`, or beyond the limit of its joint 4, are moved onto it.
+    With `arm`, poses of fewer digits (float32) are corrected for rounding: rotations are made exact, and a
+    pose just out of reach, or beyond the limit of joint 4, is moved onto it (not for an arm with an offset).
     """
     array = _numbers(name, matrix_of(value), (4, 4))
     if array.shape[-2:] != (4, 4):
@@ -72,7 +72,7 @@ def shaped_if_empty(value: ArrayLike, tail: Shape) -> ArrayLike:
 
 
 def check_source(value: object, *kinds: type) -> None:
-    """Raise if `value` is neither a path nor the text of a file, nor one of `kinds`."""
+    """Raise unless `value` is a path or a text that is not empty, or one of `kinds`; no file is read."""
     if not isinstance(value, (str, os.PathLike, *kinds)) or value == "":
         raise InputError(f"source is {value!r:.50}, wanted the path of a file, or its XML text")
 

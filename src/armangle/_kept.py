@@ -26,8 +26,8 @@ _ARMS: dict[int, Arm] = {}
 def keep(arm: Arm, asked: str) -> int:
     """Keep an arm for the lifetime of the process and return its key, the same in every process.
 
-    Errors call the caller `asked`. Compiled functions hold the key. In a process that does not know it, they
-    fail instead of using another arm.
+    Raise for a nearly S-R-S arm on its own chain; errors call the caller `asked`. Compiled functions hold the
+    key. In a process that does not know it, they fail instead of using another arm.
     """
     check_arm(arm)
     if arm.kind == "srs_chain":

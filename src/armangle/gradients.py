@@ -2,7 +2,8 @@
 
 The derivative of `Arm.forward` is `Arm.jacobian` with `psi` as a seventh row; that of `Arm.inverse` by psi is
 `Arm.self_motion`. All but `margin` and `joint_function` also take an arm with an offset wrist or shoulder,
-whose psi is the value of its free joint.
+whose psi is the value of its free joint. A nearly S-R-S arm on its own chain has `limit_margin` alone. For
+other arms `UnsupportedError` is raised.
 """
 
 from __future__ import annotations
@@ -210,7 +211,7 @@ def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) 
 
     Raises
     ------
-    As `Arm.solve`, and UnsupportedError for an arm with a scene.
+    As `Arm.solve`, and UnsupportedError for an arm with a scene, an offset or its own chain.
 
     Examples
     --------

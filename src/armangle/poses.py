@@ -187,7 +187,7 @@ UNIT_TOLERANCE: float = _core.UNIT_TOLERANCE
 def poses_from_rows(rows: Floats, out: Floats | None = None) -> Floats:
     """Return poses (N, 4, 4) of rows (N, 7) = x, y, z (m), qw, qx, qy, qz.
 
-    Quaternions are made exactly unit, and must be nearly unit.
+    Quaternions are made exactly unit, and must be nearly unit. `out`, if given, is written and returned.
 
     Examples
     --------

@@ -309,9 +309,7 @@ def _like(k: int) -> Any:
 
 
 def _tail(inner: int, *tail: int) -> Any:
-    """Return a function that gives an empty tensor with the batch axes of its first argument and shape
-    `tail`.
-    """
+    """Return a function that gives an empty tensor: batch axes of its first argument, then shape `tail`."""
     return lambda lead, *_: lead.new_empty((*lead.shape[: lead.ndim - inner], *tail))
 
 

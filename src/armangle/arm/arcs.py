@@ -210,7 +210,7 @@ class ArcSet:
 
     @classmethod
     def _empty(cls, shape: Shape) -> ArcSet:
-        """Return a batch of this shape whose sets have no arcs."""
+        """Return a batch of this shape whose sets have no arcs, but status OK."""
         codes = np.zeros(math.prod(shape), dtype=np.int8)
         ends = np.empty((0, 2), dtype=np.int8)
         return cls._from_core(
@@ -500,7 +500,7 @@ class ArcSet:
         return self._combine(SetOperation.COMPLEMENT, self)
 
     def _combine(self, operation: SetOperation, other: ArcSet) -> ArcSet:
-        """Return union, intersection or own complement, broadcast; each arc keeps the cause of its ends."""
+        """Return union, intersection or own complement, broadcast; ends keep their causes, not `unproven`."""
         if not isinstance(other, ArcSet):
             return NotImplemented
         a, b = (np.arange(len(s._count)).reshape(s.shape) for s in (self, other))

@@ -479,7 +479,7 @@ class Arm(FrozenValue):
     def _of_offset(
         cls, read: Callable[[bool], Chain], given: dict[str, float], least: float = 0.0
     ) -> Arm | None:
-        """Return the arm of a file if it has an offset wrist or shoulder above `least`, m; else None."""
+        """Return the arm of a file if it has an offset above `least` (m), else None; `given`: tolerances."""
         try:
             found, report = describe_offset_chain(read(True), **given)
         except ModelError:
@@ -1058,10 +1058,10 @@ class Arm(FrozenValue):
         Returns
         -------
         ndarray, shape (..., 7)
-            rad/rad; joint 4 is 0. If θ2 (θ6) is 0 or π at this arm angle alone, the derivative of joints 1,
-            2, 3 (5, 6, 7) does not exist and is ±inf. If it is so at every arm angle (arm straight up), θ1
-            (θ5) is constant and the motion is finite. For an offset wrist or shoulder it is the derivative by
-            the free joint, and joint 4 moves too; at a fold it is ±inf.
+            rad/rad; joint 4 is 0, for an own chain nearly. If θ2 (θ6) is 0 or π at this arm angle alone, the
+            derivative of joints 1, 2, 3 (5, 6, 7) does not exist and is ±inf. If it is so at every arm angle
+            (arm straight up), θ1 (θ5) is constant and the motion is finite. For an offset wrist or shoulder
+            it is the derivative by the free joint, and joint 4 moves too; at a fold it is ±inf.
 
         Raises
         ------
@@ -1193,7 +1193,8 @@ class Arm(FrozenValue):
 
         Raises
         ------
-        InputError
+        InputError, UnsupportedError
+            UnsupportedError for an arm with its own chain.
 
         Examples
         --------
@@ -1249,8 +1250,8 @@ class Arm(FrozenValue):
         return clearance_of(ready, out, pair)
 
     def _widest(self, pose: ArrayLike, gc: ArrayLike, scene: Scene | None) -> Widest:
-        """Return the feasible arm angle with the largest distance of the links to the obstacles.
-
+        """Return the feasible arcs, the arm angle in them with the largest distance of the links to the
+        obstacles, and that clearance.
         The feasible intervals shrink as the required clearance grows; bisection finds the greatest clearance
         with a solution. If the nearest pair has the same distance on a whole interval, the next pair decides
         within it. If no arm angle is collision-free, the result is the one that fails by least.
@@ -1269,7 +1270,7 @@ class Arm(FrozenValue):
         self, pose: ArrayLike, gc: ArrayLike, wanted: Wanted, sets: Shape, scene: Scene | None,
         progress: Progress | bool | None = None, paper: tuple[float, float] = (0.0, 0.0),
     ) -> ArcSet:  # fmt: skip
-        """Return the `wanted` sets of each pose, of shape (*batch, *sets).
+        """Return the `wanted` sets, of shape (*batch, *sets): `sets` is the shape for each pose.
 
         `paper`: the paper's own avoidance of singularities, a margin and the threshold of the discriminant.
         """
@@ -1291,7 +1292,7 @@ class Arm(FrozenValue):
         self, pose: ArrayLike, gc: ArrayLike, margin: float, wanted: Wanted, sets: Shape, ready: Ready | None,
         progress: Progress | bool | None,
     ) -> ArcSet:  # fmt: skip
-        """Return the `wanted` sets, as `_arcs`, of proven arcs; their `unproven` is the length of others."""
+        """Return the `wanted` sets, of shape `sets` for each pose, of proven arcs with `unproven` lengths."""
         batch, (poses, branches) = self._branches(pose, gc)
         unproven = np.zeros((*batch, *sets)).reshape(-1)
         handle = cast(ChainHandle, self._handle)
@@ -1320,14 +1321,14 @@ class Arm(FrozenValue):
     def _keeps_soft(
         self, pose: ArrayLike, gc: ArrayLike, scene: Scene | None
     ) -> tuple[NDArray[np.int64] | None, Floats | None]:
-        """Return numbers and ends of the intervals with a scene's soft clearance; None without one."""
+        """Return numbers and ends of the intervals with a scene's soft clearance; None, None without one."""
         if scene is None or scene.soft == 0.0:
             return None, None
         arcs = self._arcs(pose, gc, Wanted.SOFT, (), scene)
         return arcs._count, arcs._psi
 
     def reachable(self, pose: ArrayLike) -> NDArray[np.bool_] | np.bool_:
-        """Return whether any branch and arm angle reaches a pose within the limits.
+        """Return whether any branch and arm angle reaches a pose within the limits and `singularity_margin`.
 
         Exact, in closed form, for an S-R-S arm, in less than a microsecond a pose of a batch. An own chain
         with an offset may miss a branch near a pose where branches meet. `freedom` tells which branches

@@ -18,7 +18,7 @@ from .joint_map import to_theta
 
 _ELBOW = 3
 _MOST_OFF = np.array([MAX_LENGTH, MAX_ANGLE])
-_NOTHING = 0.02  # m, rad: a smaller tool is within the accuracy of a calibration
+_NOTHING = 0.02  # of `_MOST_OFF`: a smaller tool is within the accuracy of a calibration
 _ASKED = {
     "feasible_few": "feasible",
     "feasible_many": "feasible",

@@ -54,7 +54,7 @@ class JointFunction:
         Returns
         -------
         float64, shape (...)
-            rad, in robot coordinates, on the turn within the limits.
+            rad, in robot coordinates, on the turn within the limits, or else the nearest to them.
 
         Raises
         ------

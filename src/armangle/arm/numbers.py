@@ -92,7 +92,7 @@ def signature() -> Signature:
 
 
 def checked(given: dict[str, Any]) -> dict[str, Any]:
-    """Return the checked numbers of an arm, arrays read-only; warn if they look like degrees or mm."""
+    """Return all arguments of `Arm` by name, checked, arrays read-only; warn of likely degrees or mm."""
     values = _complete(given)
     for name in (*LENGTHS, *ELBOW_OFFSETS):
         low = 0.0 if name in ("d_se", "d_ew") else -_core.LENGTH_LIMIT
@@ -133,7 +133,7 @@ def checked(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _complete(given: dict[str, Any]) -> dict[str, Any]:
-    """Return a value for each field, the default for missing ones and for None.
+    """Return a value for each field, the default if it is missing, or None and one of `_OPTIONAL`.
 
     Raises `TypeError` for an unknown or missing keyword, `InputError` for a chain without its nominal arm.
     """

@@ -67,8 +67,8 @@ def solve_free(
 
     The best has the largest limit margin if `by_margin`, otherwise it is nearest to `near` by the metric.
     If the tool's z axis is axis 7, no roll is tried: joints 1 to 6 do not depend on it, or, if joint 7 is the
-    free joint, take the same values at another of its values. Joint 7 takes the value of the seed, or the
-    middle.
+    free joint, take the same values at another of its values. Joint 7 takes the seed's value, moved into its
+    limits, or their middle if `by_margin`.
     """
     if not is_along_axis_7(arm):
         return _on_ladder(arm, pose, near, weights, by_margin, ask)

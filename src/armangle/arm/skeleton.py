@@ -29,7 +29,8 @@ def skeleton(arm: Arm, q: ArrayLike) -> Floats:
     -------
     ndarray, shape (..., 8, 3)
         Base, shoulder, the end of d_se, elbow, the start of d_ew, wrist, flange, tool; m, in the frame that
-        poses are given in. Points 2, 3 and 4 coincide if the elbow has no lateral offset.
+        poses are given in. Points 2, 3 and 4 coincide if the elbow has no offset (a_3, a_4, d_4). The ninth
+        corner of an offset wrist or shoulder is in `corners` alone.
 
     Raises
     ------
@@ -140,9 +141,8 @@ def alike(one: Arm, other: Arm) -> bool:
 def blocker_of(
     arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: Floats, scene: Scene | None = None
 ) -> NDArray[np.int64]:
-    """Return what forbids each arm angle: the lowest joint 1..7, else an obstacle of a scene, 0 for nothing.
-
-    Shapes are those of `blockers`.
+    """Return what forbids each arm angle, shape (...): the lowest joint 1..7, else `NOT_PROVEN`, else
+    `BY_OBSTACLE` (with a scene); 0 for nothing. Arguments are those of `blockers`.
     """
     blocked = blockers(arm, poses, gc, psi)
     who = np.where(blocked.any(axis=-1), blocked.argmax(axis=-1) + 1, 0)

@@ -35,8 +35,8 @@ class Solution(NamedTuple):
     chosen metric, rad, NaN without a seed; ``status (...)`` a `Status`, for a batch int8 codes; ``margin
     (...)`` distance to the nearest joint limit, rad; ``pose (..., 4, 4)`` that q solves, and ``gap (...)`` by
     which it differs from the requested one, ``sqrt(|dp|² + (length·angle)²)``, m. If the status is OK, the
-    pose is the requested one and the gap 0. The same holds for UNPROVEN: near singularities, where no
-    proof excludes a nearer solution. Otherwise the numbers are NaN and gc is -1; with
+    pose is the requested one, but for a free roll, and the gap 0. The same holds for UNPROVEN: near
+    singularities, where no proof excludes a nearer solution. Otherwise the numbers are NaN and gc is -1; with
     ``fallback="nearest_pose"`` they are those of the nearest pose.
 
     It is a tuple of these eight fields, so that ``q, psi, *_ = solution``. `row` gives one pose of a batch.

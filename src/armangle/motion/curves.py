@@ -233,14 +233,14 @@ class JointLines(_JointRows):
 @by_content
 @dataclass(frozen=True, eq=False)
 class JointSpline(_JointRows):
-    """A cubic spline through rows of joints: twice differentiable, "not a knot" at its ends.
+    """A cubic spline through rows of joints: twice differentiable, but where joints begin or end a rest.
 
     Parameters
     ----------
     rests : bool
         Whether joints rest where rows repeat; otherwise such rows are like others.
     slopes : two ndarrays of shape (7,), or None
-        q' at the ends; None: determined by the two rows next to that end.
+        q' at the ends; None: "not a knot" there.
     """
 
     rests: bool = False
@@ -274,7 +274,7 @@ class JointSpline(_JointRows):
         return _placed(self.arm, self.joints(s))
 
     def derivatives(self, handle: Any, s: Floats) -> Floats:
-        """Return q', q'', q''' with respect to s, shape (N, 3, 7); at a row, q''' of the next piece."""
+        """Return q', q'', q''' with respect to s, shape (N, 3, 7); at a row, of the next piece."""
         row = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
         own = np.interp(s, self.s, self.own)
         moves = (np.diff(self.own) > 0)[row, None, None]

@@ -91,8 +91,8 @@ def follow(
     roll : "pose" or "free"
         As in `step`: joint 7 keeps its value in `start`, and `JointPath.poses` are the poses reached. If the
         tool's z axis is not axis 7, 73 rolls about it are tried. They start from that of `start` and change
-        linearly along the path by up to half a turn. The result is the one followed furthest, among those the
-        one with the least joint travel.
+        linearly along the path by up to half a turn. The result is the one with the most solved poses, among
+        those the one with the least joint travel.
     allowed : ArcSet of shape () or (N,), or function (4, 4) -> ArcSet, optional
         Arcs given by the user, intersected.
     scene : sequence of N Scenes, or function s -> Scene, optional
@@ -189,7 +189,7 @@ def follow(
 def _sampled(
     handle: _core.Arm, poses: Path | Sequence[Path] | ArrayLike, blend: ArrayLike, samples: int | None
 ) -> tuple[Path | None, Floats, Floats]:
-    """Return path, parameters s (N,) and poses (N, 4, 4); the path is None if poses were given."""
+    """Return path, s (N,) and poses (N, 4, 4); the path is None for poses without `blend` and `samples`."""
     path = as_path(poses, blend)
     if path is None:
         frames = np.ascontiguousarray(as_poses("poses", cast("ArrayLike", poses), handle))

@@ -105,9 +105,7 @@ def _outside(q: Floats, beyond: Floats, verb: str) -> str:
 
 
 def _unwrapped(arm: Arm, q: Floats) -> Floats:
-    """Return joints (n, 7) with 2π added where an unlimited joint so takes the shorter way to
-    the next row.
-    """
+    """Return joints (n, 7) with turns added so that unlimited joints take the shorter way to the next row."""
     out = np.array(q, order="C")
     free = np.isinf(arm.lower) & np.isinf(arm.upper)
     out[:, free] = np.unwrap(out[:, free], axis=0)
@@ -186,7 +184,7 @@ class JointPath:
     s : ndarray, shape (N,)
         Path parameter in [0, 1].
     poses : ndarray, shape (N, 4, 4)
-        Requested poses of the end effector, m.
+        Requested poses of the end effector, m; with a free roll the reached ones.
     q : ndarray, shape (N, 7)
         Joint values, rad, continuous over ±π.
     psi : ndarray, shape (N,)
@@ -431,8 +429,8 @@ class JointPath:
         Returns
         -------
         JointPath
-            Its rows are among the new ones, bit for bit. The scene of a row with moving obstacles holds until
-            the next of these.
+            Its rows are among the new ones, bit for bit, one for each s. The scene of a row with moving
+            obstacles holds until the next of these.
 
         Raises
         ------
@@ -534,9 +532,7 @@ class JointPath:
         return curve
 
     def _led(self, between: Between) -> JointLines | JointSpline:
-        """Return the curve through the rows in joint space: linear or a spline; raise if it
-        exceeds limits.
-        """
+        """Return the curve through the rows in joint space: linear, or a spline, which must keep limits."""
         kept = self._apart()
         rows = self._rows_of_joints(kept)
         if between == "joints":
@@ -662,9 +658,7 @@ class JointPath:
         return self._held(at, before, held)
 
     def _held(self, at: int, before: Floats, held: Floats) -> str:
-        """Return in words how far joints would move from `before` to `held`, those of pose `at` at the same
-        psi.
-        """
+        """Return in words how far joints would move from `before` to `held`: pose `at` at the same psi."""
         near = held + _TURN * np.round((before - held) / _TURN)
         if self.status[at] == Status.JOINT_JUMP:
             move = np.abs(near - before)

@@ -42,7 +42,7 @@ CARRIES = named(_core.Carry)
 def checked_options(
     gc: int | None, carry: Carry, max_joint_step: float | None, margin: float, dt: float | None, outside: str
 ) -> Options:  # fmt: skip
-    """Return options of any numeric type in the core's types, or raise."""
+    """Return options in the core's types, or raise; `margin` (rad) and `outside` are returned unchecked."""
     kept: Carry = "elbow" if chosen("carry", carry, CARRIES) == "elbow" else "psi"
     if gc is not None:
         gc = one_branch("gc", gc)
@@ -88,7 +88,7 @@ def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) ->
     Raises
     ------
     InputError
-        If the tool's z axis is not axis 7, or joint 7 violates its limits.
+        If the tool's z axis is not axis 7, joint 7 violates its limits, or a shape in the scene would turn.
     """
     if chosen("roll", roll, ROLLS) == "pose":
         return None
@@ -119,12 +119,12 @@ UNBOUNDED = np.concatenate([[1.0], np.full(2 * JOINTS, np.inf), np.zeros(JOINTS)
 
 
 def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
-    """Return a bound for each joint (7,): infinite for None, the arm's own for True, else the given one.
+    """Return a bound for each joint (7,): infinite for None, `stated`, the arm's own, for True, else `value`.
 
     Raises
     ------
     InputError
-        If it is NaN, negative or 0, or the arm has none.
+        If it is NaN, negative or 0, or True and the arm has none.
     """
     if value is None or value is False:
         return np.full(JOINTS, np.inf)
@@ -160,9 +160,7 @@ def positive(name: str, value: ArrayLike) -> Floats:
 def step_bounds(
     arm: Arm, velocity: Bound, acceleration: Bound, velocity_now: ArrayLike | None, dt: float | None
 ) -> Floats:
-    """Return dt (s), bounds of velocity and acceleration, and present velocities, in the core's
-    order (22,).
-    """
+    """Return dt (s), largest velocities and accelerations, and present velocities as the core's (22,)."""
     fastest = joint_bound(arm, "velocity", velocity, arm.velocity)
     hardest = joint_bound(arm, "acceleration", acceleration, arm.acceleration)
     if velocity_now is None:

@@ -126,7 +126,7 @@ class Chain(Path):
 
 
 def rolled(path: Path, roll: float, rate: float) -> Path:
-    """Return a path whose end effector also rotates about its own z axis, by roll + rate s (rad)."""
+    """Return a path that also rotates about its own z axes, by roll + rate s (rad); a single pose by roll."""
     if isinstance(path, Waypoints) and len(path) == 1:
         return Waypoints(np.asarray(path.poses) @ about_z([roll]))
     out = np.empty_like(path._segments)

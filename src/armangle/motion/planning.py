@@ -181,7 +181,7 @@ def plan(
     objective : Objective
     samples : int, optional
         Rows of the result, at equal steps of s, 2 to 10^7. By default the rows are at exactly the given poses
-        (`JointPath.finer` inserts more), or 200 for any other path and if corners are rounded. More are
+        (`JointPath.finer` inserts more), or 200 for any other path and if corners are rounded: then more are
         inserted where a joint would move more than 0.2 rad between two.
     limit_margin : float
         Distance to every finite joint limit, rad.
@@ -329,9 +329,9 @@ def plan(
 
 
 def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
-    """Return joints that reach the pose exactly, if q nearly does; otherwise q itself.
+    """Return the solution of a pose nearest to joints q within limits, if at most `START_GAP` away; else q.
 
-    Used if θ2 or θ6 is nearly 0 and the arm angle of the joints does not give that pose.
+    It helps near θ2 = 0 or θ6 = 0, where the arm angle of the joints does not give that pose.
     """
     if q is None or not arm.within_limits(q):
         return q
@@ -360,7 +360,9 @@ def _past_straight(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
 def _standing(
     still: Scene | None, scene: Callable[[float], Scene] | None, speed: float | None
 ) -> tuple[list[Scene], float]:
-    """Return the scene at the middle of each equal part of the path, and the largest motion (m) off it."""
+    """Return the scene at the middle of each equal part of the path, and the largest motion (m) off it; for
+    no moving `scene` the arm's own, `still`, if any, and 0.
+    """
     if scene is None:
         if speed is not None:
             raise InputError("obstacle_speed is of a scene that moves, and scene is no function of s")
@@ -475,7 +477,10 @@ def _result(
     arm: Arm, path: Path, rows: Floats, curve: Curve | None, diagnosis: Diagnosis, ok: bool, open_: Floats,
     scenes: tuple[Scene, ...],
 ) -> JointPath:  # fmt: skip
-    """Return the planned path at s `rows`, empty after the reached s; `open_` are unproven ranges of s."""
+    """Return the planned path at s `rows`, empty after the reached s; `open_` are unproven ranges of s.
+
+    If not `ok`, the first empty row has the reason as its status, and all of [0, 1] is unproven.
+    """
     n = len(rows)
     columns = blank_rows(n)
     reached = 0
@@ -502,7 +507,7 @@ def _result(
 
 
 def _left_between(arm: Arm, curve: Curve, rows: Floats) -> Floats:
-    """Return ranges (k, 2) of s between rows in which the end effector is not at its pose.
+    """Return ranges (k, 2) of s between rows in which, at a third, the end effector is not at its pose.
 
     The proof covers limits and obstacles; if θ2 and θ6 are 0 all along, joints may drift between rows.
     """

@@ -36,9 +36,7 @@ Rung = tuple[float, float]
 
 
 def is_laddered(arm: Arm, roll: Roll) -> bool:
-    """Return whether the roll is free and about an axis other than axis 7, so that several
-    rolls are tried.
-    """
+    """Return whether the roll is free and not about axis 7, so that several rolls are tried."""
     return chosen("roll", roll, ROLLS) == "free" and not is_along_axis_7(arm)
 
 
@@ -88,8 +86,8 @@ def best_planned(
     arm: Arm, path: Path, start: Floats | None, goal: Floats | None,
     planned: Callable[[Path, Progress], JointPath], tell: Progress,
 ) -> JointPath:  # fmt: skip
-    """Return the plan with the lowest cost over all tried rolls; if none is feasible, the one that comes
-    furthest.
+    """Return the best plan of the tried rolls: certified, then of the lowest cost. If none is feasible, the
+    first that is with a growing roll (without start and goal), or else the one that comes furthest.
     """
     rungs = ladder(arm, path, start, goal)
     held, furthest = _held(arm, path, rungs)
@@ -112,9 +110,7 @@ def best_planned(
 
 
 def _worth(result: JointPath) -> tuple[bool, bool, float]:
-    """Return a sort key, lower is better: solved and certified first, then by cost, else by how
-    far it comes.
-    """
+    """Return a sort key, lower is better: solved, then certified, then by cost, or by how far it comes."""
     branches = result.diagnosis.branches if result.diagnosis is not None else ()
     costs = [branch.cost for branch in branches if branch.ok]
     come = max((max(branch.reached, branch.s_from) for branch in branches), default=0.0)
@@ -122,8 +118,8 @@ def _worth(result: JointPath) -> tuple[bool, bool, float]:
 
 
 def _held(arm: Arm, path: Path, rungs: list[Rung]) -> tuple[list[Rung], Rung]:
-    """Return the rolls with which all tested poses are reachable, those in one branch and with the longest
-    arcs first; and the roll of all `rungs` that comes furthest.
+    """Return the rolls with which the nominal arm reaches all tested poses, without obstacles: those in one
+    branch and with the longest arcs first; and the roll of all `rungs` that comes furthest.
     """
     frames = np.stack([rolled(path, *rung).pose(_TRIED) for rung in rungs])
     free = arm._nominal.freedom(frames)
@@ -137,7 +133,7 @@ def _held(arm: Arm, path: Path, rungs: list[Rung]) -> tuple[list[Rung], Rung]:
 def best_followed(
     arm: Arm, path: Path, start: Floats, followed: Callable[[Rung, Progress], JointPath], tell: Progress
 ) -> JointPath:
-    """Return the path that comes furthest over all tried rolls; among equals the least joint motion."""
+    """Return the path with the most solved rows over all tried rolls; among equals the least joint motion."""
     rungs = ladder(arm, path, start, None)
     results = [followed(rung, part(tell, k, len(rungs))) for k, rung in enumerate(rungs)]
 

@@ -56,7 +56,7 @@ class Resolution(NamedTuple):
 
     @property
     def ok(self) -> bool | NDArray[np.bool_]:
-        """Whether there is a next arm angle, shape (...)."""
+        """Whether there is a next arm angle, shape (...); a bool for one pose."""
         found = is_solved(self.status)
         return found if found.ndim else bool(found)
 
@@ -65,9 +65,9 @@ class Resolution(NamedTuple):
 class Step(NamedTuple):
     """Result of one step.
 
-    OK: the joints solve the pose. PARTIAL: they are as near to it as bounds, or the reach, allow. CLEARANCE
-    with `why` OK: they solve the pose while leaving a collision (a policy's ``outside="escape"``). With any
-    other status nothing moves; if accelerations are bounded, every joint brakes.
+    OK, or UNPROVEN for an own chain: the joints solve the pose. PARTIAL: they are as near to it as bounds, or
+    the reach, allow. CLEARANCE with `why` OK: they solve the pose while leaving a collision (a policy's
+    ``outside="escape"``). With any other status nothing moves; if accelerations are bounded, joints brake.
 
     ``q (7,)`` rad, continuous with the present joints; ``psi`` rad in (-π, π]; ``gc`` 0..7, which changes if
     the joints passed θ₂ = 0 or θ₆ = 0; ``status``; ``margin`` distance to the nearest joint limit, rad;

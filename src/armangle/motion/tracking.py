@@ -307,7 +307,7 @@ class Tracker:
         self._started = False
 
     def _leading(self, nominal: Arm, scene: Scene | None) -> _core.Scene | None:
-        """Return the scene prepared for the nominal arm, whose tracker leads that of a chain, or None."""
+        """Return the scene prepared for the arm whose tracker leads that of another kind, or None."""
         if scene is None:
             return None
         self._leader = make_ready(nominal, scene, self._leader)

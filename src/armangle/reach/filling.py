@@ -22,7 +22,7 @@ def fill_tile(place: str, tile: int) -> None:
 
 
 def fill_here(store: Store, tiles: Sequence[int], progress: Progress | None) -> None:
-    """Compute tiles in threads of this process, by default one for each core; each writes its results."""
+    """Compute and write tiles in threads (see `set_threads`; or one a core); remove dead writers' files."""
     began, done = time.time(), 0
     pool = ThreadPoolExecutor(thread_count(0) or os.cpu_count() or 1)
     try:

@@ -41,9 +41,7 @@ class Grid:
 
     @classmethod
     def of(cls, reach: float, spacing: float, angle: float) -> Grid:
-        """Return a grid over wrist positions up to `reach` (m): cells of `spacing` (m) and at most `angle`
-        (rad).
-        """
+        """Return a grid of wrists up to `reach` (m): cells of `spacing` (m) and at most `angle` (rad)."""
         tilts = max(1, math.ceil(math.pi / angle * (1 - 1e-12)))
         half = max(1, math.ceil(reach / spacing * (1 - 1e-12)))
         cells = 2 * half * half * 2 * tilts * tilts

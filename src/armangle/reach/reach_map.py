@@ -405,8 +405,8 @@ def reach_map(
     Raises
     ------
     InputError
-        If an argument is invalid, or the path holds a map of another arm, grid, margin or instruction set, or
-        something else.
+        If an argument is invalid, or the path holds a map of another arm, grid, margin, fields, armangle
+        version or instruction set, or something else.
     OutputError
         If it cannot be written, for example to a full disk; finished tiles stay, and the same call continues.
     UnsupportedError

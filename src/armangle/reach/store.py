@@ -140,7 +140,7 @@ class Store:
         return values
 
     def check_readable(self, name: str) -> None:
-        """Raise an error that names the first tile of a field that cannot be read.
+        """Raise an error that names the first tile of a field that cannot be read, if there is one.
 
         Raises
         ------
@@ -242,7 +242,7 @@ def make_store(arm: Arm, place: PathLike, grid: Grid, names: tuple[str, ...]) ->
     Raises
     ------
     InputError
-        If the place holds a different map, or something else.
+        If the place holds a different map, one of another armangle version, or something else.
     OutputError
         If it cannot be written.
     """
@@ -266,7 +266,7 @@ def make_store(arm: Arm, place: PathLike, grid: Grid, names: tuple[str, ...]) ->
 
 
 def _of_another(place: str, name: str, had: Any, wanted: Any) -> InputError:
-    """Return the error for a map that was begun with another arm, grid, margin or instruction set."""
+    """Return the error for a map that was begun with another `name`, such as arm, grid or version."""
     if isinstance(had, dict) and isinstance(wanted, dict):
         names = [key for key in wanted if had.get(key) != wanted[key]]
         what = f"{name} that differs in {', '.join(names)}"

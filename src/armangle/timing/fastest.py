@@ -67,7 +67,7 @@ def fastest(g: Grid, acceleration: Floats, most: Floats, ends: tuple[float, floa
     g : Grid
         s and the derivatives of q.
     acceleration : ndarray, shape (7,)
-        rad/s².
+        Largest joint accelerations, rad/s².
     most : ndarray, shape (N + 1,)
         Largest ds/dt at each s, 1/s.
     ends : two floats
@@ -235,13 +235,15 @@ def smooth(
 ) -> Smooth:  # fmt: skip
     """Return a fast timing with bounded jerk from one end to the other, without a stop between.
 
+    If a moving end requires it, bounds are exceeded by as little as is found: `Smooth.over`.
+
     Parameters
     ----------
     derivatives : function of s (N,)
         q', q'', q''', (N, 3, 7).
     g : Grid
     bounds : three ndarray, shape (7,)
-        rad/s, rad/s², rad/s³.
+        Largest joint velocities, accelerations and jerks: rad/s, rad/s², rad/s³.
     most : function of s (N,)
         Largest ds/dt, (N,), 1/s.
     knots : int
@@ -431,7 +433,7 @@ class _Spline:
         return (values.tocsr() @ change).tocsr()
 
     def held(self, squares: list[tuple[float, float]]) -> Floats:
-        """Return coefficients (K,) fixed by `squares`, y and dy/dr at the ends; NaN for those not fixed."""
+        """Return coefficients (K,): two at each end by `squares`, y and dy/dr there; the others are NaN."""
         (first, slope), (last, rise) = squares
         out = np.full(self.count, np.nan)
         out[:2] = first, first + slope * self.ends[1] / 3
@@ -482,7 +484,9 @@ class _Programs:
         self, spline: _Spline, guesses: list[Floats], most: Floats, turned: list[Any], jolted: list[Any],
         held: Floats,
     ) -> None:  # fmt: skip
-        """Build the rows of bounds: y `most`, accelerations, jerks, and coefficients `held` (NaN: free)."""
+        """Build the rows of bounds: y `most`, accelerations `turned`, jerks `jolted`; coefficients `held` are
+        fixed, NaN where free.
+        """
         stack = needed("scipy.sparse").vstack
         turns, jolts = stack(turned).tocsr(), stack(jolted).tocsr()
         self._linear = stack([_diagonal(1 / most) @ spline.values, turns, -turns]).tocsr()

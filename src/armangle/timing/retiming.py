@@ -108,7 +108,7 @@ class _Bounds(NamedTuple):
         return any(end.speed for end in self.ends)
 
     def within(self, share: float) -> _Bounds:
-        """Return the bounds for a motion that is then slowed down by the factor 1 / share."""
+        """Return the velocity bounds divided by `share`, and the accelerations by its square."""
         return self._replace(velocity=self.velocity / share, acceleration=self.acceleration / share**2)
 
     def of_part(self, way: Part, ends: tuple[End, End]) -> _Bounds:
@@ -237,7 +237,7 @@ def _not_trusted(arm: Arm) -> tuple[str, ...]:
 
 
 def _without_repeats(path: Motion) -> Motion:
-    """Return the path without rows of joints that repeat the row before."""
+    """Return the path without rows of joints that repeat the row before; one with a `Path` is unchanged."""
     if not isinstance(path, JointPath) or path.path is not None:
         return path
     repeats = repeated(path.q)
@@ -306,7 +306,7 @@ def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
 
 
 def _kept(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
-    """Return a timing that respects all bounds, also between grid points, and its grid."""
+    """Return a grid and a timing that respects all bounds, also between grid points (ends: to 0.1 %)."""
     if b.jerk is not None:
         return _kept_with_jerk(path, b, b.jerk, tell)
     if not b.moving:
@@ -318,7 +318,7 @@ def _kept(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
 
 
 def _kept_on_grids(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
-    """Return a timing within the bounds without one on jerk, on grids made finer until it holds."""
+    """Return the last of ever finer grids, and a timing on it within the bounds but that on jerk."""
     more, takes = np.empty(0), np.inf
     for attempt in range(MOST_FINER):
         tell(attempt, MOST_FINER)
@@ -368,7 +368,7 @@ def _between_stops(path: Motion, b: _Bounds, more: Floats) -> tuple[Grid, Floats
 
 
 def _kept_with_jerk(path: Motion, b: _Bounds, jerk: Floats, tell: Progress) -> tuple[Grid, Timing]:
-    """Return a timing within bounds on jerk too: each part between corners is timed on its own."""
+    """Return a grid, and a timing within all bounds: each part between corners is timed on its own."""
     g = grid(path, GRID, 1, np.empty(0))
     ends = np.union1d([0.0, 1.0], g.s[corners(g).any(axis=1)])
     ways = [Part(path, first, last) for first, last in pairwise(ends.tolist())]
@@ -620,7 +620,7 @@ def _stands(path: Motion) -> bool:
 
 
 def _timed(g: Grid, caps: Floats, b: _Bounds) -> Timing:
-    """Return the fastest timing within the bounds at grid points and ds/dt at most `caps` (N + 1,)."""
+    """Return the fastest timing within the bounds at grid points, ds/dt at most `caps` (N + 1,); 0: stop."""
     stops = np.union1d([0, len(g.s) - 1], np.flatnonzero(caps == 0))
     pieces = []
     for first, last in pairwise(stops.tolist()):
@@ -642,7 +642,7 @@ def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
 
 
 def _corner_caps(g: Grid, b: _Bounds) -> Floats:
-    """Return the largest ds/dt at each grid point by the velocity jump there; infinite without a jump."""
+    """Return the largest ds/dt at each grid point by the velocity jump there (jerk: 0); infinite without."""
     jump = np.abs(corners(g))
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         within = np.where(jump > 0, b.acceleration * b.cycle / jump, np.inf).min(axis=1)
@@ -661,7 +661,7 @@ def _at_tool_speed(path: Motion, s: Floats, b: _Bounds) -> Floats:
 
 
 def _excess(path: Motion, g: Grid, timing: Timing, b: _Bounds) -> tuple[Floats, Floats]:
-    """Return s between grid points, and by which factor the timing is too fast there."""
+    """Return s between grid points, and the factor by which the timing is too fast there (1: just within)."""
     t = _times_between(g, timing)
     s, speed, acceleration = timing.at(t)
     d = path.derivatives(s)

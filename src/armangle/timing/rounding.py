@@ -72,7 +72,10 @@ class Rounded:
     def __init__(
         self, motion: Motion, breaks: Floats, inside: ArrayLike = 0.0, slopes: Slopes = (None, None)
     ) -> None:
-        """Make the spline through the configurations at s `breaks`, `inside` (rad) within the limits."""
+        """Make the spline through the configurations at s `breaks`; but for the ends, `inside` the limits.
+
+        These limits are the arm's, or the range of the configurations where it exceeds them.
+        """
         self._motion, self.breaks = motion, breaks
         q = np.array(motion.at(breaks).q)
         self._low = np.minimum(motion.arm.lower, q.min(axis=0))  # a path may begin outside its limits
@@ -113,9 +116,7 @@ class Rounded:
         return np.asarray(self.arm.forward(q, on_error="nan")[0])
 
     def deviations(self) -> tuple[Floats, Floats]:
-        """Return by how much (m, rad) the end effector leaves its path, the largest between
-        each two nodes.
-        """
+        """Return the largest deviation (m, rad) of the end effector between each two nodes, from samples."""
         s = self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * LOOKED_AT
         here, there = (self._tool(q) for q in (self.at(s).q, self._motion.at(s).q))
         away = np.linalg.norm((here - there)[..., :3, 3], axis=-1)

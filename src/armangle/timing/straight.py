@@ -38,7 +38,7 @@ def straight(g: Grid, acceleration: Floats, jerk: Floats, most: Floats) -> Timin
     ----------
     g : Grid
     acceleration, jerk : ndarray, shape (7,)
-        rad/s², rad/s³.
+        Bounds of the joints, rad/s², rad/s³.
     most : ndarray, shape (N + 1,)
         Largest ds/dt at each s, 1/s.
     """
@@ -54,9 +54,7 @@ def straight(g: Grid, acceleration: Floats, jerk: Floats, most: Floats) -> Timin
 
 
 def _peak(way: float, a: float, j: float) -> float:
-    """Return the speed reached by accelerating over half the distance `way` from rest, within acceleration a
-    and jerk j.
-    """
+    """Return the speed reached from rest over half the distance `way`, at most acceleration a and jerk j."""
     ramp = a / j
     v = a / 2 * (np.sqrt(ramp**2 + 4 * way / a) - ramp)
     return float(v if v * j >= a**2 else np.cbrt((way / 2) ** 2 * j))

@@ -74,9 +74,7 @@ def _path_speed(first: Floats, tool_speed: float) -> Floats:
 
 
 def _first(s: Floats, ratio: Floats, bound: str) -> SpeedLoss | None:
-    """Return the first s at which a ratio (N, 7) exceeds 1, with the joint of the largest; None
-    if none does.
-    """
+    """Return the first s at which a ratio (N, 7) exceeds 1, with the joint of the largest, or None."""
     known = np.where(np.isnan(ratio), 0.0, ratio)
     over = known.max(axis=1, initial=0.0) > 1 + 1e-9
     if not over.any():

@@ -37,7 +37,7 @@ class Timing:
 
     @property
     def duration(self) -> float:
-        """The time when s is 1, s."""
+        """The time at the end, s."""
         return float(self.t[-1])
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats]:
@@ -177,7 +177,8 @@ class SpeedLoss:
         The bound; at a corner of the path the joint's velocity would have to jump; ramps up and down leave no
         room between them.
     ratio : float
-        The joint's required value relative to its bound; infinite at a corner with a stop.
+        The joint's required value relative to its bound; infinite for ramps, at a corner with a stop, and
+        where the tool rests.
     """
 
     s: float
