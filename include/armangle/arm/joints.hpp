@@ -12,10 +12,10 @@ inline constexpr int joints = 7;
 /// Arrays over joints have one padding entry, always 0, to fill whole registers.
 inline constexpr int joint_slots = 8;
 
-/// Seven values as lanes; the eighth is 0.
+/// One configuration, not a batch: lane j holds the value of joint j + 1, the eighth lane 0.
 using JointLanes = Lane<joint_slots>;
 
-/// Seven joint values as lanes.
+/// The seven joint values of one configuration as lanes.
 ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
     const double padded[joint_slots] = {q[0], q[1], q[2], q[3], q[4], q[5], q[6], 0.0};
     return JointLanes::of(padded);

@@ -212,7 +212,7 @@ inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, 
 
 /// The bend (rad) that the elbow needs now, so that joint 4 can follow the wrist. The wrist continues at
 /// `speed` (m/s) from `wrist` (m, relative to the shoulder). Joint 4 bends with `bending` (rad/s); `fastest`
-/// and `hardest` bound its velocity and acceleration. 0 without these bounds.
+/// and `hardest` bound its velocity and acceleration. 0 if both are infinite.
 inline double bend_ahead(const Arm& arm, const Vec3<double>& wrist, const Vec3<double>& speed, double bending,
                          double fastest, double hardest) noexcept {
     const double start = elbow_choice_tuning::under_way * min(max(bending, 0.0), fastest);

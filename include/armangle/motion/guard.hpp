@@ -125,8 +125,8 @@ public:
         }
     }
 
-    /// Whether the straight joint motion between two configurations is proven collision-free; `pair` is the
-    /// blocking pair.
+    /// Whether the straight joint motion between two configurations is proven collision-free; if not, `pair`
+    /// is the blocking pair.
     bool clear(const double* from, const double* to, Tag& pair) noexcept {
         double d[joints];
         for (int j = 0; j < joints; ++j) d[j] = to[j] - from[j];

@@ -620,7 +620,7 @@ private:
 
     /// Finds a solution numerically from the present joints, first with joint 4 at theta_4 (rad), then
     /// unchanged. The solution must have elbow bit gc & 2 = `side` (0, 2; -1: either) and stay within the
-    /// limits and one step.
+    /// limits and one step. `why` becomes NOT_ALLOWED if only the user's arcs forbid it.
     bool solve_from(double theta_4, const Pose<double>& pose, int side, Status& why,
                     Step& out) const noexcept {
         Limits box = arm_.limits;
