@@ -226,8 +226,8 @@ void proven_sets(const OffsetChain& arm, const Pose<double>& pose, const ProvenR
 }
 
 /// Computes the proven sets of a nearly S-R-S arm, or of an arm with an offset, as flat arrays. `unproven`
-/// receives the unproven length (rad) of each set. With `left_out` the sets are the unproven ones within the
-/// limits, without a scene.
+/// receives the unproven length (rad) of each set. With `left_out` (and no scene) the sets are the unproven
+/// ones within the limits.
 template <class Handle>
 ArcColumns proven_feasible_many(const Handle& self, Floats pose, Ints gc, double margin, Wanted wanted,
                                 Floats unproven, int threads, const SceneHandle* scene, bool left_out) {

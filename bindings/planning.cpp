@@ -573,7 +573,7 @@ void interval_many(int operation, Floats a, Floats b, Floats out) {
     }
 }
 
-/// Proves a curve: returns its unproven stretches and the places of violations.
+/// Proves a curve: returns its unproven stretches (k, 2) and the places of violations (m, 1), in s.
 nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
                         double singularity_margin, const SceneHandle* scene) {
     const Buffer g(segments), x(stretches), v(plane);

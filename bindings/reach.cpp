@@ -70,7 +70,7 @@ void freedom_gradient_many(const Handle& self, Floats pose, double margin, Float
     });
 }
 
-/// Collects the turns of elements [begin, end), up to the first problem.
+/// Collects the turns of base or tool for poses [begin, end), up to the first problem.
 template <class Handle, class Table>
 [[gnu::noinline]] void turns_range(const Handle& self, const Table& limits, Turned turned,
                                    const double* poses, std::size_t begin, std::size_t end,
@@ -107,7 +107,7 @@ ArcColumns turns_many(const Handle& self, Floats pose, Turned turned, double mar
     return whole.release();
 }
 
-/// The best yaw of one base position over the poses; `events` is work space.
+/// The yaw of a base at `at` (m) that reaches the most `weight` of the poses; `events` is work space.
 template <class AnyArm, class Table>
 BestYaw place_at(const AnyArm& arm, const Table& limits, const std::vector<Pose<double>>& poses,
                  const double* weight, const Vec3<double>& at, std::vector<YawEvent>& events) {
@@ -149,7 +149,7 @@ Problem check_placed(const AnyArm& arm, const double* m, const Buffer& positions
     return problem;
 }
 
-/// Writes for each base position (k, 3): yaw, stretch and weight reached, (k, 3).
+/// Writes for each base position (k, 3), m: best yaw and its stretch (rad), and weight reached, (k, 3).
 template <class Handle>
 void place_many(const Handle& self, Floats pose, Floats weight, Floats position, double margin, Floats out,
                 int threads) {
@@ -313,7 +313,7 @@ void reduced_of_poses(const Handle& self, Floats pose, Floats out) {
     });
 }
 
-/// Writes the derivatives of the ends of the feasible arcs of one pose, (count, 2, 6) in rows of six.
+/// Writes the derivatives of the ends of the feasible arcs of a pose by its twist to out, (arcs, 2, 6).
 template <class Handle>
 void end_slopes_one(const Handle& self, Floats pose, long long gc, double margin, Floats out) {
     const Buffer p(pose), to(out, true);

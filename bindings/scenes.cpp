@@ -339,8 +339,8 @@ void never_nearer_all(const ArmHandle& self, Floats rods, Floats out, int cells)
     });
 }
 
-/// Writes the link of each rod of an arm whose axes do not all meet, negative (swinging) for links 1, 2, 5
-/// and 6; rods stay in the frames of their own links.
+/// Writes the link of each rod of an arm whose axes do not all meet, also into its row: negative (swinging)
+/// for links 1, 2, 5 and 6. Rods stay in the frames of their own links.
 template <class Handle>
 void true_links(const Handle&, Floats rods, Ints link) {
     const Buffer rows(rods, true), out(link, true);

@@ -371,7 +371,7 @@ void bind_solving_of(nb::class_<Handle>& arm) {
 /// Binds the search of solutions of a nearly S-R-S arm.
 void bind_chain_solving(nb::class_<ChainArmHandle>& arm) { bind_solving_of(arm); }
 
-/// Binds the functions of an arm with an offset, with or without its own chain.
+/// Binds the search of solutions, and their derivatives, of an arm with an offset, own chain or not.
 template <class Handle>
 void bind_free_joint_solving(nb::class_<Handle>& arm) {
     using namespace nb::literals;

@@ -32,7 +32,7 @@ Policy towards(Wish wish, double psi, Floats target, double K, Outside outside) 
     return {Rule::towards, K, Policy{}.alpha, outside, {wish, psi, {v[0], v[1], v[2]}}};
 }
 
-/// Reads one of two words as a bool; false for anything else.
+/// Writes whether a word is `yes` to is_yes; false if it is neither `yes` nor `no`.
 bool read_word(nb::handle word, const char* no, const char* yes, bool& is_yes) noexcept {
     if (!PyUnicode_CheckExact(word.ptr())) return false;
     is_yes = PyUnicode_CompareWithASCIIString(word.ptr(), yes) == 0;
@@ -226,7 +226,7 @@ struct Asked {
     Scenes scenes;
 };
 
-/// Calls run(ahead), without the interpreter's lock: `ahead` is a window of coming poses, or null.
+/// Calls run(ahead), without the interpreter's lock: `ahead` sees `window` coming poses, null if that is 0.
 template <class View, class Run>
 void with_window(const View& view, std::size_t window, const Asked& asked, const Run& run) {
     std::vector<typename View::Section> sections(window ? Lookahead<View>::sections_for(window) : 0);

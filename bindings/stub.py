@@ -21,7 +21,7 @@ __version__: str
 
 
 def main(folder: str, module: str, out: str) -> None:
-    """Write the stub."""
+    """Write the stub of `module`, which lies in `folder`, to `out`."""
     generator = [sys.executable, "-m", "nanobind.stubgen", "-q", "-i", folder, "-m", module, "-o", out]
     subprocess.run(generator, check=True)
     text = Path(out).read_text()

@@ -30,7 +30,7 @@ _STRIP = 60
 
 
 def draw_map(what: JointPath | tuple[Arm, Floats], scene: Scene | None, args: argparse.Namespace) -> int:
-    """Draw the feasible intervals along a motion, or along poses."""
+    """Draw the feasible intervals along a motion, or along poses, to --plot; raise without it."""
     if args.plot is None or args.intervals:
         raise InputError("--intervals of a file is a picture: --plot FILE, without a joint")
     keeping = {"scene": scene, "singularity_margin": args.singularity_margin}

@@ -35,7 +35,7 @@ def _most_shapes(shapes: int) -> int:
 
 
 def _flag(owner: str, name: str, value: bool) -> bool:
-    """Return True or False; raise for anything else."""
+    """Return `value`; raise, with owner and name, unless it is True or False."""
     if not isinstance(value, bool):
         raise SceneError(owner, name, value, "True or False")
     return value

@@ -191,7 +191,7 @@ def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str
     Parameters
     ----------
     arm : ArmDescription
-        The arm.
+        An S-R-S arm: a_1 and a_6 are not written.
     title, source, tip : str
         Maker and type, origin of the numbers, frame of the tip.
 

@@ -86,7 +86,7 @@ def _refusal(where: str, error: ValueError) -> ArmangleError:
 
 
 def _size(arm: ArmDescription) -> float:
-    """Return the sum of the lengths of an arm, m."""
+    """Return the sum of an arm's lengths d_bs, d_se, d_ew and d_wf, m."""
     return arm.d_bs + arm.d_se + arm.d_ew + arm.d_wf
 
 

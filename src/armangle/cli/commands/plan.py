@@ -113,7 +113,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the joints and print a summary; status 1 and the reason if a pose has no solution."""
+    """Print a summary, write joints to --output; status 1 and the reason if a pose has no solution."""
     arm, scene = with_scene(args)
     path, facts = (_plan if args.policy is None else _step)(arm, scene, args)
     if args.output is not None:

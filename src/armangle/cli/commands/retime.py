@@ -53,7 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the trajectory and print its duration; status 1 if no timing respects the bounds."""
+    """Print the trajectory's duration, write it to --output; raise if no timing respects the bounds."""
     arm = any_arm(args)
     velocity = joint_bounds("--velocity", args.velocity, "deg/s", arm.velocity)
     acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", arm.acceleration)

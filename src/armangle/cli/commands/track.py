@@ -61,7 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a summary of the control cycles, and write them."""
+    """Print a summary of the control cycles, and write them to --output."""
     arm, scene = with_scene(args)
     velocity = joint_bounds("--velocity", args.velocity, "deg/s", arm.velocity)
     stated = np.full(len(velocity), _ACCELERATION)
