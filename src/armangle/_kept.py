@@ -51,7 +51,7 @@ def keep(arm: Arm, asked: str) -> int:
 
 
 def kept(key: int) -> Arm:
-    """Return the arm of a key."""
+    """Return the arm of a key; raise if this process has not kept one."""
     arm = _ARMS.get(key)
     if arm is None:
         raise InputError(

@@ -95,5 +95,5 @@ def in_parts(progress: Progress | None) -> Iterator[Progress]:
 
 
 def part(progress: Progress, k: int, of: int) -> Progress:
-    """Return the progress function of part k of `of` equal parts."""
+    """Return the progress function of part k (from 0) of `of` equal parts."""
     return lambda done, total: progress(k * total + done, of * total)

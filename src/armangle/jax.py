@@ -231,7 +231,7 @@ def _forward_pull(q: Array, by_pose: Array, by_psi: Array, *, key: int) -> list[
 def _inverse_push(
     pose: Array, psi: Array, gc: Array, moved: Array, turned: Array, *, key: int
 ) -> list[Array]:
-    """Return the change of q for changes of pose and psi."""
+    """Return the change of q for the changes `moved` of pose and `turned` of psi."""
     shape = (*psi.shape, JOINTS)
     return [_call("inverse_push", key, [(shape, pose.dtype)], pose, psi, gc, moved, turned)]
 

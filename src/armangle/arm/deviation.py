@@ -123,7 +123,7 @@ class ChainDeviation(FrozenValue):
 
 @lru_cache(maxsize=64)
 def _off(arm: AnyArm) -> tuple[float, float, float, float]:
-    """Return root mean square and maximum of the distance, m, and of the angle, rad."""
+    """Return rms and maximum of the distance (m), then of the angle (rad), of the nominal arm's poses."""
     if arm.geometry.chain is None:
         return 0.0, 0.0, 0.0, 0.0
     q = _postures(arm, np.random.default_rng(_SEED), _POSTURES)

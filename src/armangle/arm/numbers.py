@@ -176,7 +176,7 @@ def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> N
 
 
 def _seven(name: str, value: ArrayLike, *, infinite: bool) -> Floats:
-    """Return seven numbers as float64; raise for NaN and, unless `infinite`, for infinities."""
+    """Return seven numbers, of one if it may be for all; raise for NaN and, unless `infinite`, infinities."""
     array = (one_or_seven(name, value) if name in _ONE_FOR_ALL else as_floats(name, value, (JOINTS,))).copy()
     if array.shape != (JOINTS,):
         raise InputError(f"{name} has shape {array.shape}, wanted ({JOINTS},)")

@@ -56,7 +56,7 @@ def _turning(arm: AnyArm) -> str | None:
 
 
 def last_margin(arm: AnyArm, q: Floats) -> Any:
-    """Return the distance of joint 7 to its nearest limit, rad."""
+    """Return the distance of joint 7 to its nearest limit, rad; negative outside."""
     return np.minimum(q[..., _LAST] - arm.lower[_LAST], arm.upper[_LAST] - q[..., _LAST])
 
 

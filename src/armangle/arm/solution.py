@@ -101,7 +101,7 @@ class Solution(NamedTuple):
         )
 
     def raise_for_status(self) -> Solution:
-        """Return the solution itself; raise if there is none.
+        """Return the solution itself; raise if a pose has none.
 
         Raises
         ------

@@ -360,7 +360,7 @@ class JointPath:
         return float(self.s[at]), *names[at]
 
     def _nearest(self) -> tuple[Floats, list[tuple[str, str]]]:
-        """Return for each row the distance to the obstacles (m) and the names of obstacle and link."""
+        """Return for each row the distance to the obstacles (m, or NaN) and names of obstacle and link."""
         apart, names = np.full(len(self), np.nan), [("", "")] * len(self)
         known = np.flatnonzero(np.isfinite(self.psi) & np.isfinite(self.poses).all(axis=(1, 2)))
         for k in known.tolist() if self.scenes else ():

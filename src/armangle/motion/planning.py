@@ -397,7 +397,7 @@ def _kept_off(scenes: list[Scene], more: float, *, soft: bool = False) -> list[S
 
 
 def _weights(arm: Arm, objective: Objective) -> Floats:
-    """Return the weights of an objective and the bounds of joint velocities, in the core's order."""
+    """Return for the core the weights of an objective, and the joints' largest velocities, accelerations."""
     of = objective
     hardest = arm.acceleration if of.acceleration is None else np.broadcast_to(of.acceleration, JOINTS)
     bounds = [*arm.velocity, *hardest]

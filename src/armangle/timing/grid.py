@@ -35,7 +35,7 @@ class Grid(NamedTuple):
         return Grid(self.s[first : last + 1], after, before, self.turns[first:last])
 
     def with_dense(self, near: Floats) -> Grid:
-        """Return the grid with corners nearer to each other than `near` (in s) treated as curvature."""
+        """Return the grid with corners closer to each other than `near`, an s for each, as curvature."""
         jump = corners(self)
         ends = np.union1d([0, len(self.s) - 1], np.flatnonzero(jump.any(axis=1)))
         apart = np.diff(self.s[ends])

@@ -112,7 +112,7 @@ class _Bounds(NamedTuple):
         return self._replace(velocity=self.velocity / share, acceleration=self.acceleration / share**2)
 
     def of_part(self, way: Part, ends: tuple[End, End]) -> _Bounds:
-        """Return the bounds for a part of a motion, with ds/dt at the ends in the part's own parameter."""
+        """Return the bounds for a part, whose `ends`, of s, become those of the part's own parameter."""
         width = way.last - way.first
         first, last = (End(end.speed / width, end.acceleration / width) for end in ends)
         return self._replace(ends=(first, last))
@@ -260,7 +260,7 @@ class _Way(NamedTuple):
 
 
 def _ways(path: Motion, b: _Bounds, tell: Progress) -> list[_Way]:
-    """Return the ways to time a path: with its corners, and with corners rounded within the tolerance."""
+    """Return timings of a path, with its corners and with rounded ones, of which each may be the fastest."""
     steep = steep_ends(path) if b.tolerance > 0 else (False, False)
     left = np.where(steep, np.maximum(BESIDE, beside_ends(path)), 0.0)
     inner = Part(path, float(left[0]), 1.0 - float(left[1])) if any(steep) else path
@@ -306,7 +306,7 @@ def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
 
 
 def _kept(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
-    """Return a grid and a timing that respects all bounds, also between grid points (ends: to 0.1 %)."""
+    """Return a grid and a timing within all bounds (to 0.1 % if an end moves), also between its points."""
     if b.jerk is not None:
         return _kept_with_jerk(path, b, b.jerk, tell)
     if not b.moving:
@@ -318,7 +318,7 @@ def _kept(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
 
 
 def _kept_on_grids(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
-    """Return the last of ever finer grids, and a timing on it within the bounds but that on jerk."""
+    """Return the last of ever finer grids, and a timing on it within all bounds; jerk is not bounded."""
     more, takes = np.empty(0), np.inf
     for attempt in range(MOST_FINER):
         tell(attempt, MOST_FINER)
@@ -482,7 +482,7 @@ def _raise_leap(where: str) -> None:
 
 
 def _slack(g: Grid, caps: Floats, timing: Timing, b: _Bounds) -> Floats:
-    """Return the grid points (as s) at which a finer grid, not a bound, would permit a faster motion.
+    """Return the middles (s) of the intervals in which a finer grid, not a bound, permits a faster motion.
 
     Between two points of the grid s has one acceleration. Near a stop, where s rises from rest to a cap, that
     may be far less than the joints permit.
@@ -503,7 +503,7 @@ def _slack(g: Grid, caps: Floats, timing: Timing, b: _Bounds) -> Floats:
 
 
 def _finer(s: Floats, bad: Floats) -> Floats:
-    """Return places that divide the intervals around the bad places."""
+    """Return places that divide the intervals of s with the bad places, and those next to them."""
     k = np.clip(np.searchsorted(s, bad, side="right") - 1, 0, len(s) - 2)
     k = np.unique(np.clip(k[:, None] + np.arange(-1, 2), 0, len(s) - 2))
     return np.asarray((s[k, None] + (s[k + 1] - s[k])[:, None] * np.arange(1, FINER) / FINER).reshape(-1))
@@ -620,7 +620,7 @@ def _stands(path: Motion) -> bool:
 
 
 def _timed(g: Grid, caps: Floats, b: _Bounds) -> Timing:
-    """Return the fastest timing within the bounds at grid points, ds/dt at most `caps` (N + 1,); 0: stop."""
+    """Return the fastest timing within the bounds at grid points; it stops where `caps` of ds/dt are 0."""
     stops = np.union1d([0, len(g.s) - 1], np.flatnonzero(caps == 0))
     pieces = []
     for first, last in pairwise(stops.tolist()):
@@ -642,7 +642,7 @@ def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
 
 
 def _corner_caps(g: Grid, b: _Bounds) -> Floats:
-    """Return the largest ds/dt at each grid point by the velocity jump there (jerk: 0); infinite without."""
+    """Return the largest ds/dt at each grid point by its jump of q': infinite without, 0 for bounded jerk."""
     jump = np.abs(corners(g))
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         within = np.where(jump > 0, b.acceleration * b.cycle / jump, np.inf).min(axis=1)

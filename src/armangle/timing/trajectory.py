@@ -75,7 +75,7 @@ class Timing:
         return np.append(self.coefficients[:, 1], self.end_speed)
 
     def rests(self) -> Floats:
-        """Return the s at which the motion rests for a while."""
+        """Return the middles (s) of pieces with ds/dt 0 at both ends, which take infinitely long."""
         begin, speed = self.coefficients[:, 0], self.speeds()
         k = np.flatnonzero((speed[:-1] == 0) & (speed[1:] == 0))
         return np.asarray((begin[k] + np.append(begin[1:], 1.0)[k]) / 2)
