@@ -22,8 +22,8 @@ Values = Callable[[float], np.ndarray]
 
 
 def slope_of(values: Values, step: float = STEP) -> np.ndarray:
-    """The derivative at 0 of angles (rad) that `values` returns, by differences with Richardson's
-    extrapolation.
+    """The derivative at h = 0 of the angles values(h), rad, by differences of `step` and less with
+    Richardson's extrapolation.
     """
 
     def difference(h: float) -> np.ndarray:
@@ -56,7 +56,7 @@ def arms() -> list[aa.Arm]:
 
 
 def joints_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
-    """Joints within 2 rad, no closer to a singular posture than 0.2 rad."""
+    """At most `count` joints within 2 rad of 0, no closer to a singular posture than 0.2 rad."""
     return calm(arm, rng.uniform(-2, 2, (count, 7)))
 
 
@@ -173,7 +173,7 @@ def test_the_best_margin_moves_as_said(name: str) -> None:
 @pytest.mark.parametrize(("prefer", "step", "off"), [("seed", 1e-6, 1e-5), ("margin", 1e-4, 1e-2)])
 @pytest.mark.parametrize("name", NAMES[:4])
 def test_the_solution_moves_as_said(name: str, prefer: Any, step: float, off: float) -> None:
-    """`gradients.solve` equals differences of the solution for pose and seed."""
+    """`gradients.solve` equals differences of the solution for pose and seed, but for a few kinks."""
     free, q = postures(name, 150, 17, 41)
     rng, asked = draw.generator(17, 42), {"weight": [1, 2, 3, 1, 0.5, 1, 2], "prefer": prefer}
     pose = free.forward(q)[0]

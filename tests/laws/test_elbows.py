@@ -51,7 +51,7 @@ def test_feasible_is_within_limits(name: str, seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["forearm", *(name for name in LINKS if LINKS[name][4])])
 def test_plans_over_a_gap_or_a_slant_are_certified_and_true(name: str) -> None:
-    """Plans of arms with a gap or slant at the elbow are certified, on their poses and within limits."""
+    """Plans of arms with a gap or slant at the elbow, if ok, are certified, on their poses and in limits."""
     arm = slanted(name).with_(lower=None, upper=None)
     arm = arm.with_(lower=[-2.9] * 7, upper=[2.9] * 7)
     rng = np.random.default_rng(5)

@@ -92,7 +92,7 @@ def test_an_arm_is_a_value_and_a_copy_keeps_what_is_not_changed(arm: aa.Arm) -> 
 
 @pytest.mark.parametrize("arm", CLOSED, ids=named)
 def test_a_posture_is_its_own_nearest_and_not_where_its_branch_is_left_out(arm: aa.Arm) -> None:
-    """`solve` seeded with a posture gives it back to the bit; without its branch, another or none."""
+    """`solve` of the pose of its seed gives the seed back to the bit; without its branch, another or none."""
     q = within(arm, np.random.default_rng(16), 50)
     pose, _, gc = arm.forward(q)
     found = arm.solve(pose, seed=q)

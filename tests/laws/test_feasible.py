@@ -151,7 +151,9 @@ def test_the_ends_of_a_margin_say_singular() -> None:
 
 
 def avoiding(arm: aa.Arm, pose: Array, gc: int, width: float, discriminant: float = 1e-3) -> aa.ArcSet:
-    """The arcs that the paper's own avoidance of singularities leaves, `width` (rad) on each side."""
+    """The arcs that the paper's avoidance of singularities leaves: without `width` (rad) on each side of the
+    psi of Eq. (31) of joints whose discriminant in Eq. (30) is at most `discriminant` in size.
+    """
     return arm._arcs(pose, gc, Wanted.BRANCH, (), None, paper=(width, discriminant))
 
 

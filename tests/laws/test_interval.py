@@ -22,7 +22,9 @@ def enclosures(operation: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def samples(seed: int, *, points: bool = False) -> tuple[np.ndarray, np.ndarray]:
-    """Intervals (n, 2) of all sizes and signs, some with an end at zero, and one member of each."""
+    """Intervals (n, 2) of all sizes and signs, some with an end at zero (without width if `points`), and one
+    member of each.
+    """
     rng = np.random.default_rng(seed)
     ends = rng.normal(size=(COUNT, 2)) * 10.0 ** rng.integers(-12, 6, (COUNT, 1))
     ends[::17, 0] = 0.0
@@ -51,7 +53,7 @@ def test_arithmetic_encloses_rational_values(operation: int, points: bool) -> No
 
 
 def test_a_point_is_enclosed_within_six_units_in_the_last_place() -> None:
-    """Intervals for points are at most six units in the last place wide."""
+    """Interval sums, products and quotients of points are at most six units in the last place wide."""
     a, _ = samples(3, points=True)
     b, _ = samples(4, points=True)
     big = (np.abs(a[:, 0]) > 1e-100) & (np.abs(b[:, 0]) > 1e-100)

@@ -15,7 +15,9 @@ PSI = np.linspace(-np.pi, np.pi, 181)[1:]
 
 
 def functions(regime: str, count: int = 3) -> Iterator[tuple[aa.Arm, Array, int, aa.types.JointFunction]]:
-    """Every joint's function at poses of a regime, for every second arm without limits."""
+    """Yield arm (every second one, without limits), pose, gc and joint function, of all joints at `count`
+    poses of a regime.
+    """
     for arm in arms()[::2]:
         free = unlimited(arm)
         pose, _, gc = free.forward(postures(arm, regime, count, 21))

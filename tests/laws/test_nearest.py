@@ -203,7 +203,7 @@ def test_a_posture_beside_the_seed_is_found_where_two_or_three_hinges_are_straig
 
 
 def beside_straight(name: str, joint: int, off: float, locked: tuple[int, ...]) -> Delicate:
-    """Return a case whose `joint` (from 0) is `off` (rad) straight, with `locked` joints and a far seed."""
+    """Return a case whose `joint` (from 0) is `off` (rad) from straight, with `locked` ones, a far seed."""
     arm = aa.Arm.from_catalogue(name)
     rng = np.random.default_rng(11)
     q = rng.uniform(0.9 * arm.lower + 0.1 * arm.upper, 0.1 * arm.lower + 0.9 * arm.upper)

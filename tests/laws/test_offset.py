@@ -20,7 +20,9 @@ CATALOGUE = offset_catalogue()
 
 
 def random_arm(rng: np.random.Generator, *, mirrored: bool, widest: float = 6.0) -> aa.Arm:
-    """Return an arm of random lengths, offsets, signs, limits, base and tool."""
+    """Return an arm with an offset wrist (shoulder if `mirrored`) of random lengths, signs, base and tool,
+    and joint ranges of at most `widest` (rad).
+    """
     middle, half = rng.uniform(-2, 2, 7), rng.uniform(0.2, widest / 2, 7)
     frames = [aa.pose(rng.uniform(-1, 1, 3), rpy=rng.uniform(-3, 3, 3)) for _ in range(2)]
     elbow = rng.uniform(-0.1, 0.1, 2) * rng.integers(0, 2)
@@ -109,7 +111,7 @@ def test_arcs_are_those_of_a_dense_grid(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm._rows.name)
 def test_an_end_is_a_joint_at_its_limit_a_fold_or_the_end_of_the_reach(arm: aa.Arm) -> None:
-    """Each end of an arc names a joint at its limit, or one that is singular."""
+    """Each end of an arc that is proven names a joint at its limit, or one that is singular."""
     pose, _, gc = arm.forward(within(arm, np.random.default_rng(3), 40))
     folded = 5 if arm._free_joint == 7 else 3
     for i, ends in enumerate(arm.feasible(pose, gc).ends):

@@ -38,13 +38,13 @@ def keeps(arm: aa.Arm, q: Any, margin: float, slack: float = 1e-9) -> Any:
 
 
 def apart(arm: aa.Arm, rng: np.random.Generator, count: int, margin: float) -> Any:
-    """Return joint values within the limits that keep a margin."""
+    """Return at most `count` joint values within the limits that keep a margin (rad)."""
     q = within(arm, rng, 40 * count)
     return q[keeps(arm, q, margin)][:count]
 
 
 def close(arm: aa.Arm, rng: np.random.Generator, count: int) -> Any:
-    """Return joint values within the limits, some of which are near singular ones."""
+    """Return `count` joint values within the limits, nearer to singular ones than most."""
     q = within(arm, rng, 40 * count)
     return q[np.argsort(sines(arm, q).min(axis=-1))[: 4 * count : 4]]
 
@@ -57,7 +57,9 @@ def grid_of(arm: aa.Arm, pose: Any, count: int, **seed: Any) -> Any:
 
 @EVERY
 def test_the_other_joints_are_singular_where_a_margin_is_kept_and_at_folds(arm: aa.Arm) -> None:
-    """Their determinant is the product of the arms' lengths, both sines, and the root that is 0 at a fold."""
+    """The determinant of the Jacobian without the free joint is the product of both links' lengths, both
+    sines, and a factor that is 0 at a fold.
+    """
     q = within(arm, np.random.default_rng(1), 500)
     g, shoulder = arm.geometry, bool(arm.geometry.a_1)
     theta = g.signs * q + g.offsets

@@ -100,8 +100,8 @@ def distances(arm: aa.Arm, q: Array, poses: Array, length: float) -> Array:
 
 
 def searched(arm: aa.Arm, poses: Array, length: float, rng: np.random.Generator) -> Array:
-    """The least distance (n,) from each pose that damped least squares within limits finds from many
-    starts.
+    """The least distance (n,) from each pose, `length` (m) for 1 rad, that damped least squares within limits
+    finds from STARTS starts.
     """
     wanted = np.repeat(poses, STARTS, axis=0)
     q = drawn(arm, rng, len(wanted))
@@ -232,7 +232,7 @@ def test_never_worse_than_the_pose_within_reach_and_a_clamp(arm: aa.Arm) -> None
 @pytest.mark.parametrize("kind", ["reach", "limits"])
 @pytest.mark.parametrize("arm", [*ARM_OF.values(), *CHAIN.values()], ids=[*ARM_OF, *CHAIN])
 def test_the_singularity_margin_holds_beside_the_pose_too(arm: aa.Arm, kind: str) -> None:
-    """`solve(fallback="nearest_pose")` keeps the singularity margin and limits, at a larger gap."""
+    """`solve(fallback="nearest_pose")` keeps singularity margin and limits, its gap mostly no smaller."""
     margin = 0.2
     rng = np.random.default_rng([draw.SEED, 3])
     poses = outside(arm, rng, kind)

@@ -83,7 +83,8 @@ def test_the_first_problem_is_reported_whichever_thread_meets_one(threads: int) 
 
 
 def wavy(first: np.ndarray, shift: list[float]) -> np.ndarray:
-    """Return 250 poses of one orientation along a wave."""
+    """Return 250 poses of one orientation along a wave that ends `shift` (m) away."""
+
     s = np.linspace(0.0, 1.0, 250)[:, None]
     poses = np.repeat(first[None], len(s), axis=0)
     poses[:, :3, 3] += s * shift + 0.05 * np.sin(2 * np.pi * s) * [1.0, 0.0, 0.3]

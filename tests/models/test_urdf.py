@@ -167,7 +167,7 @@ def test_a_path_may_be_walked_against_the_joints():
 
 
 def test_candidates_end_at_the_last_fixed_link():
-    """`urdf_candidates` end at the last fixed link above several ends and list them; `read_urdf` notes them."""
+    """`urdf_candidates` end at the last fixed link above several ends and list these; `read_urdf` says so."""
     extra = joint_xml("f1", "l7", "flange", "fixed") + joint_xml("f2", "flange", "tool0", "fixed")
     extra += joint_xml("f3", "flange", "camera", "fixed")
     extra += joint_xml("finger", "tool0", "x", "prismatic", LIMIT)

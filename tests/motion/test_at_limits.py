@@ -134,7 +134,9 @@ BOUNDS = {"dt": 0.01, "velocity": 2.0, "velocity_now": np.zeros(7)}
 @pytest.mark.parametrize("asked", [{}, BOUNDS, BOUNDS | {"acceleration": 5.0}], ids=["free", "speed", "both"])
 @pytest.mark.parametrize(("name", "text"), STANDS)
 def test_a_posture_on_its_limits_is_held_for_good(name: str, text: str, asked: dict[str, Any]) -> None:
-    """Steps with Hold keep the joints on their limits; other branches and arcs without psi are refused."""
+    """Steps with Hold keep the joints on their limits; beside a straight elbow no step goes to another branch
+    or to arcs without psi.
+    """
     arm = aa.Arm.from_catalogue(name)
     q = now = np.clip(np.array(text.split(), float), arm.lower, arm.upper)
     pose, psi, gc = arm.forward(q)

@@ -161,6 +161,7 @@ def test_bounds_that_do_not_bind_change_nothing(arm: aa.Arm, regime: str) -> Non
 @pytest.mark.parametrize("on_fail", ["stop", "hold", "skip"])
 @pytest.mark.parametrize("hardest", [None, 4.0, 40.0])
 def test_follow_is_step_in_a_loop_bit_for_bit(on_fail: Any, hardest: float | None) -> None:
+    """`follow` has the joints, gc, margins and statuses of `step` in a loop, also where it fails."""
     poses, dt = line(HOME, (0.1, -0.2, 0.15), 80), 0.02
     poses[30] = poses[29]
     poses[40, :3, 3] += 0.05
@@ -251,7 +252,7 @@ def test_a_joint_too_fast_to_brake_before_its_limit_brakes() -> None:
 
 
 def run(pose: Array, q: Array, dt: float, ticks: int, **options: Any) -> tuple[list[aa.types.Step], Array]:
-    """Steps towards a pose that stands still, and the largest acceleration, rad/s²."""
+    """`ticks` steps at the arm's velocities towards one pose, and the largest acceleration, rad/s²."""
     steps, velocity, hardest = [], np.zeros(7), 0.0
     for _ in range(ticks):
         more = {"velocity_now": velocity} if "acceleration" in options else {}
@@ -388,7 +389,9 @@ def test_with_the_elbow_carried_it_comes_to_rest_on_the_pose(name: str, seed: in
 
 @pytest.mark.parametrize("acceleration", [None, 10.0])
 def test_a_branch_that_is_asked_is_kept_on_the_way_to_the_nearest_pose(acceleration: float | None) -> None:
-    """Steps towards a pose out of reach keep the signs of shoulder and wrist of a given `gc`."""
+    """Steps towards a pose out of reach keep the signs of shoulder and wrist of a given `gc`; of an arm with
+    an offset while they are UNREACHABLE.
+    """
     short = 0
     for seed, arm in enumerate([*map(aa.Arm.from_catalogue, srs_catalogue()), *OFFSET]):
         rng = np.random.default_rng(seed)
@@ -526,7 +529,7 @@ def test_numbers_that_look_like_another_unit_are_warned_of() -> None:
 
 
 def test_a_hand_that_comes_back_elsewhere_is_gone_to_at_once() -> None:
-    """`follow` is back on poses that left the reach at most 60 rows after they return."""
+    """`follow` is within 20 mm of poses that left the reach at most 60 rows after they return."""
     arm, q = aa.Arm.from_catalogue("kuka_iiwa14_r820"), np.radians([0, 0, 0, -90, 0, 90, 0])
     t = np.arange(400) * 0.02
     poses = np.tile(arm.forward(q)[0], (len(t), 1, 1))

@@ -19,7 +19,7 @@ LEAD = 22
 
 
 def lines(arm: aa.Arm, n: int, *seed: int) -> list[tuple[Array, aa.Line]]:
-    """At most n random joints, each with a line of a few decimetres from their pose."""
+    """At most n random joints, each with a line of about a decimetre from their pose."""
     shifts = generator(*seed, 1).normal(size=(n, 3))
     out = [(q, line(arm, q, 0.05 * shift)) for q, shift in zip(postures(arm, n, *seed), shifts, strict=True)]
     return [(q, way) for q, way in out if np.isfinite(arm.forward(q, on_error="nan")[1])]
@@ -99,8 +99,8 @@ def test_start_goal_margins_and_wishes_are_of_the_true_joints() -> None:
 @pytest.mark.parametrize(("mm", "mrad"), [(0.5, 0.5), (2.0, 2.0), (4.0, 5.0)])
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: float, end: str) -> None:
-    """A plan of a calibrated arm keeps a start or goal near a straight elbow, though its nominal arm
-    may not.
+    """Most plans of a calibrated arm from or to joints near a straight elbow succeed, and keep these; others
+    name the limits.
     """
     arm = calibrated("kuka_iiwa14_r820", mm, mrad, seed=3)
     rng = generator(77)

@@ -113,7 +113,7 @@ def test_out_of_reach_says_by_how_much_and_from_where() -> None:
 
 
 def test_an_impossible_place_of_a_path_has_no_feasible_arc() -> None:
-    """Where the diagnosis of a plan says IMPOSSIBLE, s_from to s_to, `feasible` is empty."""
+    """If the diagnosis of a plan says IMPOSSIBLE, `feasible` is empty at s_from and at s_to."""
     found = 0
     for seed in range(60):
         rng = np.random.default_rng(seed)

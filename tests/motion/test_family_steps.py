@@ -40,7 +40,9 @@ def within(arm: aa.Arm, rng: np.random.Generator, share: float = 0.9) -> Any:
 
 
 def keeps(arm: aa.Arm, q: Any, now: Any, before: Any, fastest: Any, hardest: Any) -> None:
-    """Check a step's bounds and limits; a joint that can brake no more before its limit is stopped by it."""
+    """Check bounds and limits of a step `now` from q at the velocity `before`; a joint that can brake no more
+    before its limit is stopped by it.
+    """
     velocity = (now.q - q) / DT
     stopped = (now.q <= arm.lower) | (now.q >= arm.upper)
     assert (np.abs(velocity) <= np.maximum(fastest, np.abs(before)) + 1e-12).all()
@@ -155,7 +157,9 @@ def test_follow_is_a_loop_of_steps(arm: aa.Arm, bounds: dict[str, Any]) -> None:
 @pytest.mark.turns(4)
 @EVERY
 def test_a_wish_for_the_elbow_is_met_and_the_tool_stays(arm: aa.Arm) -> None:
-    """Steps with Towards(direction or point) keep the pose and reach the best psi of their arc."""
+    """Steps with Towards(direction or point) keep the pose, and in most cases reach the best psi of their
+    arc.
+    """
     rng, met = np.random.default_rng(6), 0
     for k in range(8):
         q = within(arm, rng, 0.7)

@@ -142,7 +142,7 @@ def test_it_goes_as_far_as_brute_force_finds_a_way(seed: int) -> None:
 
 
 def test_a_gap_of_the_tube_that_closes_between_probes_is_seen() -> None:
-    """`follow` reaches what a grid reaches also if the gap between two arcs lies between two probes of psi."""
+    """`follow` reaches what a grid reaches also if a gap between two arcs lies between two probes of psi."""
     rng = np.random.default_rng(2060)
     half = np.radians(rng.uniform(40, 170, 7))
     half[[1, 3, 5]] = np.minimum(half[[1, 3, 5]], 2.09)
@@ -170,7 +170,7 @@ def test_it_saves_many_and_harms_none() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
 def test_every_row_is_a_step_on_its_pose(arm: aa.Arm) -> None:
-    """`follow` with lookahead and velocities keeps steps, limits and poses in each row."""
+    """`follow` with lookahead keeps step and velocities in each row, limits and pose in each that is OK."""
     rng = np.random.default_rng(3)
     dt, fastest = 0.02, rng.uniform(2, 6, 7)
     for _ in range(6):
@@ -230,8 +230,8 @@ def test_a_joint_does_not_go_round_behind_its_limits() -> None:
 
 
 def test_without_dead_ends_nothing_changes() -> None:
-    """`follow` gives the same joints with lookahead, also in the arm's plane, where theta_2 or theta_6 passes
-    0.
+    """If `follow` is OK without lookahead, it gives the same joints with it, also in the arm's plane, where
+    theta_2 or theta_6 passes 0.
     """
     rng, crossed = generator(5), 0
     cases = [(IIWA.with_(lower=None, upper=None), line(AMID, (0.0, 0.1, 0.05)), AMID)]

@@ -33,7 +33,7 @@ def waved(pose: Array, ticks: int, size: float) -> Array:
 
 @EVERY
 def test_the_true_tool_follows_a_slow_hand_to_rounding(name: str) -> None:
-    """A calibrated arm's tracker follows a slow hand in 99 % of the cycles, then exactly."""
+    """A calibrated arm's tracker is FOLLOWING a slow hand in 99 % of the cycles, and then within 1e-8."""
     arm = ARMS[name]
     start = streams.posture(arm)
     tracker = tracker_at(arm, start)

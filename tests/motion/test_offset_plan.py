@@ -142,8 +142,8 @@ def test_more_weight_brings_the_elbow_nearer_to_where_it_is_wished(name: str) ->
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_only_allowed_values_of_the_free_joint_are_used(name: str) -> None:
-    """Plans use only `allowed` values of the free joint, given as arcs or as a function, or say that
-    none is.
+    """Plans use only `allowed` values of the free joint (if it is a function, at their rows), or say that the
+    start or all values lie outside.
     """
     asked, narrower = [], 0
     for path in planned(name)[:4]:
@@ -276,8 +276,8 @@ BONES = aa.Body.bones(0.05, 0.05)
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
-    """A plan in a scene keeps its clearance, by plain distances, also where the one without obstacles does
-    not.
+    """A plan in a scene that succeeds keeps its clearance, by plain distances, also where the one without
+    obstacles does not.
     """
     rng, detours = np.random.default_rng(8), 0
     bare = named(name).with_(body=BONES)
@@ -302,7 +302,7 @@ def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
 @pytest.mark.turns(4)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_plan_among_what_moves_is_clear_at_every_moment(name: str) -> None:
-    """A plan with `scene` a function of s keeps its clearance at each s from the scene of that s."""
+    """A plan with `scene` a function of s, if it succeeds, keeps its clearance from the scene of each s."""
     rng, detours, bare = np.random.default_rng(9), 0, aa.Arm.from_catalogue(name).with_(body=BONES)
     for without in planned(name)[:3]:
         elbow = bare.frames(without.at([0.5]).q)[0, 3, :3, 3]
@@ -371,6 +371,8 @@ PINCHED = (  # joints and ways (m) of an xArm 7 on which an interval of the star
 
 @pytest.mark.parametrize(("start", "way"), PINCHED)
 def test_a_curve_without_a_solution_between_the_samples_is_no_plan(start: Any, way: Any) -> None:
+    """`plan` fails with UNRESOLVED and NO_POSTURE if the only interval shrinks to a point between samples."""
+
     arm = aa.Arm.from_catalogue("ufactory_xarm7")
     ends = np.stack([arm.forward(start)[0]] * 2)
     ends[1, :3, 3] += way

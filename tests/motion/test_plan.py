@@ -68,7 +68,7 @@ def check_whole(result: aa.JointPath) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(6))
 def test_random_paths_against_brute_force(block: int) -> None:
-    """A plan that is ok is whole; where one is not, a search on a grid finds no way either."""
+    """A plan that is ok is whole; if it is not, a search on a grid 3 degrees within limits finds no way."""
     seen = {"whole": 0, "refused": 0}
     for seed in range(CASES * block, CASES * (block + 1)):
         arm, path, start = random_case(seed)

@@ -140,7 +140,9 @@ def test_a_goal_is_not_left_and_returned_to() -> None:
 
 
 def test_the_margin_said_is_that_of_the_curve() -> None:
-    """The diagnosis states the least distance of a plan to limits and singularities."""
+    """The diagnosis states the least distance of a plan to limits (not of joint 4) and to theta_2, theta_6 =
+    0.
+    """
     for seed in range(12):
         arm, path, start = case(seed)
         result = aa.plan(arm, path, start=start)

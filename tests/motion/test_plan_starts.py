@@ -234,7 +234,8 @@ def test_planar_lines_pass_where_two_branches_meet() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("tilt", [0.0, 0.01, 0.1, 1.0])
 def test_refusals_of_singular_starts_are_not_refuted(tilt: float) -> None:
-    """No way from a start, but one from where the arm can turn with the tool at rest: that is never so.
+    """If `plan` finds no way from a start near theta_2 or theta_6 = 0, none is certified from joints that the
+    self-motion reaches from there either.
 
     At exactly 0 joint 1 (5) may turn by itself as long as the tool has not begun to move; a plan, which
     follows s from the first, has no row for that, and so the law leaves it out.

@@ -37,6 +37,7 @@ def line(arm: aa.Arm, q: Array, shift: Any, count: int) -> Array:
 @pytest.mark.parametrize("carry", ["psi", "elbow"])
 @any_policy
 def test_follow_is_step_in_a_loop_bit_for_bit(policy: aa.Repulsion, carry: str, on_fail: str) -> None:
+    """`follow` has the joints, gc, margins and statuses of `step` in a loop, also out of reach."""
     poses = line(IIWA, START, SHIFT, 40)
     poses[20:23, 0, 3] += 3.0  # out of reach
     path = in_a_loop(IIWA, poses, START, on_fail, policy=policy, carry=carry, max_joint_step=3.0)
@@ -293,7 +294,7 @@ def test_a_step_to_a_near_posture_beyond_the_straight_elbow_is_found(name: str, 
 @pytest.mark.parametrize("joint", [0, 1, 2, 4, 5, 6])
 @any_policy
 def test_a_motion_with_a_locked_joint_is_followed(policy: aa.Repulsion, joint: int) -> None:
-    """`follow` with a locked joint is ok and repeats the joint motion that the poses came from."""
+    """`follow` with a locked joint is ok and, unless that is joint 3, repeats the motion of its poses."""
     arm = limited(IIWA, joint, START[joint], START[joint])
     move = np.where(np.arange(7) == joint, 0, [0.3, 0.2, -0.3, 0.2, 0.3, -0.2, 0.4])
     way = START + np.linspace(0, 1, 40)[:, None] * move

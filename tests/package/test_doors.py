@@ -132,7 +132,7 @@ def test_wheels_hold_every_level() -> None:
 
 @pytest.mark.parametrize("level", ["avx512", "avx2", "sse2", "base"])
 def test_the_benchmark_in_cpp_has_the_flags_of_the_library(level: str, tmp_path: Path) -> None:
-    """`run_cpp.level_flags` has -O2 and the library's flags for floats, -march but for base; g++ takes them."""
+    """`run_cpp.level_flags` has the library's flags, with -march unless the level is base; g++ takes them."""
     ask = f"import run_cpp; print(*run_cpp.level_flags({level!r}))"
     asked = subprocess.run(
         [sys.executable, "-c", ask], cwd=ROOT / "benchmarks", capture_output=True, text=True, check=True

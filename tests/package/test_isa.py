@@ -22,7 +22,7 @@ OTHERS = [level for level in _core.LEVELS if _cpu.supports(level) and level != _
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("level", OTHERS or [_core.ISA])
 def test_the_core_laws_hold(level: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """core_laws.cpp finds no fault with the flags of any other level of this processor (Python: make levels)."""
+    """core_laws.cpp finds no fault with the flags of the other levels that this processor has."""
     monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
     flags = importlib.import_module("run_cpp").level_flags(level)
     found = counts("core_laws", *flags, compiler="g++")

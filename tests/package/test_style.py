@@ -86,7 +86,7 @@ def nested(code: str) -> Iterator[int]:
 
 
 def test_one_action_a_statement_and_lines_that_fit() -> None:
-    """C++ sources have no line beyond WIDTH; include/ and bindings/ no chained action or nested conditional."""
+    """C++ has no line beyond WIDTH; include/ and bindings/ have no chained action or nested conditional."""
     texts = {path: (ROOT / path).read_text(encoding="utf-8") for path in FILES}
     plain = {path: code_of(texts[path]) for path in PLAIN}
     assert not [f"{path}:{line}: a comma" for path, code in plain.items() for line in chained(code)]

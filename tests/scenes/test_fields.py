@@ -152,7 +152,8 @@ def test_what_a_noisy_node_forgets_its_neighbours_tell() -> None:
 
 
 def test_outside_its_grid_a_field_is_free() -> None:
-    """A field of negative nodes is as near as the box of its grid."""
+    """A field of negative nodes is as near as the box of its grid, but for 4 mm."""
+
     field = aa.Field(np.full((3, 3, 3), -1.0), [0.4, 0.4, 0.4], 0.05, name="block")
     box = aa.Box(aa.pose([0.45, 0.45, 0.45]), [0.1, 0.1, 0.1], name="block")
     rng = generator(3)

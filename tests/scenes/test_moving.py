@@ -26,7 +26,7 @@ def passing(s: float) -> aa.Scene:
 
 
 def least(path: aa.JointPath, s: Any) -> float:
-    """The least distance (m) over a motion at s, each with the scene of that s."""
+    """The least distance (m) over a motion at all of s (n,), each with the scene of that s."""
     rows = path.at(s)
     return min(
         float(ARM.clearance(ARM.inverse(pose, psi, gc, limits=False), passing(float(at))).distance)
@@ -55,11 +55,11 @@ def test_follow_is_step_in_a_loop_with_the_scene_of_each_pose_bit_for_bit() -> N
 
 
 def test_looking_ahead_sees_where_obstacles_will_be() -> None:
-    """`follow` with lookahead passes between balls that close later, where without it ends."""
+    """`follow` with lookahead keeps clear of a ball that moves along the elbow's circle; without it ends."""
     poses = np.tile(POSE, (40, 1, 1))
 
     def closing(s: float) -> aa.Scene:
-        """Two balls shut the arc about the elbow from both sides, the one from beyond it later."""
+        """The scene at s: a ball that moves along the circle of the elbow, through its present place."""
         ball = ARM.elbow(ARM.inverse(POSE, PSI + 0.9 - 1.2 * s, GC, limits=False))
         return aa.Scene([aa.Ball(ball, 0.05, name="ball")])
 

@@ -68,7 +68,7 @@ def made(
 def process(
     name: str, place: Path, *, spacing: float, tilt: float, cluster: bool = False
 ) -> subprocess.Popen[str]:
-    """Start a process that computes a map, with two threads or a Dask worker; `spacing` in m, `tilt` in rad."""
+    """Start a process that computes a map, by two threads or a Dask worker; `spacing` (m), `tilt` (rad)."""
     script = _SCRIPT.format(spacing=spacing, tilt=tilt, cluster=cluster, threads=2, peak=False)
     words = [sys.executable, "-c", script, name, str(place), str(CELLS)]
     return subprocess.Popen(

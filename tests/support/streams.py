@@ -136,7 +136,7 @@ def stream(
 
 
 def judged(arm: aa.Arm, true: Array, dt: float) -> NDArray[np.bool_]:
-    """Return in which cycles the pose has a solution within limits and has had one for the `REST` s before."""
+    """Return in which cycles the pose has a solution within limits, as it had for the `REST` s before."""
     ok = np.asarray(arm.solve(true).ok)
     blocked = np.where(ok, -1, np.arange(len(ok)))
     last = np.maximum.accumulate(blocked)

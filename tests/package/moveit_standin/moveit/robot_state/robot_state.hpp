@@ -11,7 +11,6 @@ public:
     void update() {}
     /// The identity for "base", otherwise the pose of the tip at the joints that are set.
     Eigen::Isometry3d getGlobalLinkTransform(const std::string& link) const {
-
         return link == "base" ? Eigen::Isometry3d::Identity() : model_->tip(q_);
     }
 
