@@ -43,7 +43,7 @@ def angle(text: str) -> float:
 
 
 def within(highest: float, unit: float, name: str, *, positive: bool = False) -> Callable[[str], float]:
-    """Return a parser for argparse: of 0 (excluded if `positive`) to `highest`; the result is times `unit`."""
+    """Return a parser for argparse: of 0 (excluded if `positive`) to `highest`, returned times `unit`."""
     least = "more than 0" if positive else "0"
     most = f" to {highest:.4g}" if math.isfinite(highest) else ""
 

@@ -231,7 +231,7 @@ def _arm_angle(motion: Shown, arm: Arm) -> Floats:
 
 
 def draw_limits(panel: Any, lower: float, upper: float) -> None:
-    """Draw the limits near the curve, and shade the area behind them."""
+    """Draw the limits (in the unit of the panel) that are near its curve, and shade the area behind them."""
     low, high = panel.get_ylim()
     room = max(high - low, LEAST_SPAN)  # rounding of a resting joint must not look like a curve
     low, high = min(low, 0.5 * (low + high - room)), max(high, 0.5 * (low + high + room))

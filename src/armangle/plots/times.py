@@ -42,7 +42,7 @@ def trajectory(
     arm : Arm, optional
         The arm of a file's joints, which the file does not contain; required for such.
     velocity, acceleration : float, array_like of shape (7,), or True, optional
-        Bounds to draw, rad/s and rad/s²; by default those of the arm, if it has any.
+        Bounds to draw, rad/s and rad/s²; by default those of the arm, if any; True raises if it has none.
     ax : array of 21 axes, optional
         Seven rows of q, qd, qdd; a new figure by default.
 

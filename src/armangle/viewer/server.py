@@ -41,7 +41,7 @@ class Viewer:
     runs : mapping of names to JointPath, optional
         Motions of the same arm to play.
     port : int, optional
-        Port to serve at; the first free one from 8080 on by default.
+        Port to serve at, 0 for any; by default the first free one of 8080 to 8099.
     host : str
         Address to bind to; this machine alone by default.
     urdf : path, optional

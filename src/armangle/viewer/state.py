@@ -252,7 +252,7 @@ class ViewerState:
         )
 
     def set_psi(self, psi: float) -> Answer:
-        """Set the arm angle (rad), or the nearest feasible one; without any the arm stays."""
+        """Set the arm angle (rad), or (not ok) the nearest feasible one; without any the arm stays."""
         angle = float(psi)
         if not np.isfinite(angle):
             raise InputError(f"psi is {angle}, wanted a finite angle in rad")

@@ -99,7 +99,7 @@ class MjcfModel:
         return next((i for i in range(count) if self.name(kind, i) == name), None)
 
     def body(self, name: str, role: str) -> int:
-        """Return the index of a required body."""
+        """Return the index of a body; raise, with its role ("base", "tip"), if there is none."""
         found = self.find("body", name)
         if found is None:
             self.fail(unknown("body", name, role, [self.name("body", i) for i in range(self.model.nbody)]))
@@ -227,8 +227,8 @@ class MjcfModel:
         base : str, optional
             Name of a body.
         tip : str, optional
-            Name of a body or site below ``base``. Missing names are guessed: the only chain of seven hinges,
-            or the only S-R-S one of several. `candidates` lists the choices.
+            Name of a body or site below ``base``. Missing names are guessed: for a tip the seven hinges above
+            it, else the only chain of seven, or the only S-R-S one of several, as `candidates` lists them.
         offset : bool, optional
             Guess an arm with an offset wrist or shoulder instead of an S-R-S one.
 

@@ -253,8 +253,8 @@ class UrdfModel:
         Parameters
         ----------
         base, tip : str, optional
-            Link names. Missing ones are guessed: the only chain of seven rotating joints, or the only S-R-S
-            one of several. `candidates` lists the choices.
+            Link names. Missing ones are guessed: for a tip the seven rotating joints above it, else the only
+            chain of seven, or the only S-R-S one of several, as `candidates` lists them.
         continuous_limits : {"ignore", "use"}, optional
             A continuous joint has no limits according to URDF, but some files have them.
         offset : bool, optional
