@@ -46,8 +46,8 @@ public:
         budget_ = static_cast<long long>(curve.curve.stretches.size() + 8) * chain_tuning::pieces;
     }
 
-    /// Proves all stretches and returns the ranges of s that are not proven; checkpoint() is called between
-    /// stretches.
+    /// Proves all stretches and returns the ranges of s that are not proven and the violations that were
+    /// found; checkpoint() is called between stretches.
     Proof run(const std::function<void()>& checkpoint) {
         for (const Stretch& x : curve_.curve.stretches) {
             if (checkpoint) checkpoint();

@@ -188,7 +188,7 @@ ARMANGLE_INLINE T triple(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c) n
 }
 
 /// The seven equations with joints 5-7 eliminated by the rows of the rotation: the rest is for joints 1-4. At
-/// a vanishing determinant all values are NaN or infinite.
+/// a vanishing determinant the values that are divided by it are NaN or infinite.
 template <class T>
 struct Reduced {
     using Row = typename SevenEquations<T>::Row;
@@ -379,7 +379,7 @@ inline Status newton(const ChainArm& arm, const Pose<double>& pose, const PsiPla
 }
 
 /// Newton's method with limited steps from several postures `angle` at once, only those in `wanted`; returns
-/// which of them converge.
+/// which of them converge to a posture of the branch.
 template <int N>
 inline LaneMask<N> newton(const ChainArm& arm, const Pose<Lane<N>>& pose, const PsiPlane<Lane<N>>& plane,
                           const Configuration<Lane<N>>& gc, const LaneMask<N>& wanted,

@@ -22,8 +22,8 @@ constexpr Problem problem_of(Status status) noexcept {
     }
 }
 
-/// Solves element i of a batch; on failure fills it with NaN and reports the problem in `outcome`, unless the
-/// batch asks for NaN alone.
+/// Solves element i of a batch; on failure fills it with NaN and reports the problem in `outcome`. If the
+/// batch asks for NaN alone, it reports only invalid numbers.
 inline void solve_element(const ChainArm& arm, const InverseBatch& b, std::size_t i,
                           Outcome& outcome) noexcept {
     double value = 0;

@@ -188,7 +188,7 @@ private:
     }
 
     /// A lower bound of the cost of postures whose joints are each within `reach` (rad) of theta; infinite if
-    /// a limit is violated by all.
+    /// a limit is violated by all, or joint 4 costs more than it may.
     double bound(const double* theta, const double* reach) const noexcept {
         double sum = squares() ? 0.0 : -infinity;
         for (int j = 0; j < joints; ++j) {
@@ -414,13 +414,13 @@ private:
         return slope > 0 ? -1.0 : 1.0;
     }
 
-    /// Keeps the posture at a psi if it is the best so far, and returns dcost/dpsi there, for costs that are
-    /// sums of squares; NaN without a posture.
+    /// Keeps the posture at a psi if it is the best so far, and returns half of dcost/dpsi there, for costs
+    /// that are sums of squares; NaN if there is no posture within the limits, or a singular one.
     double offer_and_slope(int gc, double psi) noexcept {
         return offer_and_slope(gc, psi, solution_at(gc, psi));
     }
-    /// Keeps a given posture at a psi if it is the best so far, and returns dcost/dpsi there; NaN if it is
-    /// beyond the limits, and is not kept, or singular.
+    /// Keeps a given posture at a psi if it is the best so far, and returns half of dcost/dpsi there; NaN if
+    /// it is beyond the limits, and is not kept, or singular.
     double offer_and_slope(int gc, double psi, const PointSolution& at) noexcept {
         offer(gc, psi, at);
         if (!at.kept) return not_a_number;
@@ -648,7 +648,7 @@ private:
     }
 
     /// Searches from joints `start` (rad) for a posture of the pose within the limits, then for one of lower
-    /// cost, and keeps it if it is better than `out`.
+    /// cost, and keeps it if it is permitted, clear and better than `out`.
     void try_locally(const double* start, Nearest& out) noexcept {
         Joints from{};
         for (int j = 0; j < joints; ++j) from.q[j] = start[j];

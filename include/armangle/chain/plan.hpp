@@ -61,7 +61,7 @@ inline double gap_at(const CorrectedCurve& drawn, const double* q, double s) noe
     return is_finite(at.q) ? largest_move(at.q, q) : infinity;
 }
 
-/// A failed plan for an end (s = 0 or 1) whose posture the nominal arm does not have.
+/// A failed plan for an end (s = 0 or 1) whose posture the nominal arm or the curve does not have.
 inline ChainPlan refused_end(const ChainArm& arm, const double* q, double s, unsigned branches) {
     ChainPlan out;
     const int own = forward(arm, q).gc;
@@ -77,7 +77,7 @@ inline ChainPlan refused_end(const ChainArm& arm, const double* q, double s, uns
     return out;
 }
 
-/// Whether a plan fails at start or goal in at least one of the branches.
+/// Whether a plan fails at start or goal in at least one of the branches that its given ends are in.
 inline bool refuses_end(const Plan& plan) noexcept {
     return std::any_of(plan.branches.begin(), plan.branches.end(), [](const BranchReport& x) {
         return !x.elsewhere && (x.verdict == Verdict::start || x.verdict == Verdict::goal);
@@ -185,8 +185,9 @@ inline Pose<double> base_at(const ChainArm& arm, const double* q) noexcept {
 
 /// Plans as plan() of the exact arm. The stretches belong to the nominal arm's curve; the proof is for the
 /// true joints along it. The options' obstacles are prepared for the nominal arm, `scene` is the same scene
-/// prepared for the true arm. If no path is found from the start or to the goal, it tries again with the
-/// nominal arm on a base at which it has that posture: the `base` of the plan.
+/// prepared for the true arm. If this fails without prescribed arcs, and a given start or goal has its pose
+/// on the path, it tries again with the nominal arm on a base at which it has that posture: the `base` of the
+/// plan.
 inline ChainPlan plan(const ChainArm& arm, const Segment* segments, std::size_t n, const double* rows,
                       std::size_t row_count, const PlanOptions& options, const Scene* scene = nullptr) {
     ChainPlan found = detail::plan_about(arm, segments, n, rows, row_count, options, scene);

@@ -22,7 +22,7 @@ class PostureTrail {
 public:
     using Several = Lane<N>;
 
-    /// Keeps references to a pose in a branch; no posture is known yet.
+    /// Keeps references to an arm, a pose and its triad; no posture is known yet.
     PostureTrail(const ChainArm& arm, const Pose<double>& pose, const Triad<double>& on,
                  const Configuration<double>& gc) noexcept
         : arm_(arm), pose_(pose), on_(on), gc_(gc) {}
