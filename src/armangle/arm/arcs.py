@@ -34,7 +34,7 @@ class ArcEnd:
     Parameters
     ----------
     joint : int or None
-        Joint 1..7, or None for an end set by the user or an obstacle.
+        Joint 1..7, or None for an end that no joint causes.
     side : "lower", "upper", "singular", "user", "obstacle" or "unproven"
         The limit reached there; a singularity or its margin; an arc given by the user; an obstacle of a scene
         with which a link would collide; or, for an arm that is not exactly S-R-S, the end of the proven part.

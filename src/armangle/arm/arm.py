@@ -549,7 +549,7 @@ class Arm(FrozenValue):
         Raises
         ------
         InputError, LimitError
-            As `Arm`, also for an unknown keyword.
+            As `Arm`, also for an unknown keyword, and for an own chain a number of its nominal arm alone.
         """
         for name in changes:
             chosen("a keyword of with_", name, ArmArguments.__annotations__)
@@ -1437,7 +1437,7 @@ class Arm(FrozenValue):
             Pose of the end effector, position in m. A float32 pose that rounding alone puts beyond the reach,
             or beyond the limit of joint 4, is moved onto it.
         seed : array_like, shape (..., 7), optional
-            Present joint values, rad. Without it ``prefer`` is "margin" and ``distance`` is NaN.
+            Present joint values, rad. Without it "seed" means "margin", and ``distance`` is NaN.
         metric : "l2" or "max"
             Distance: root of the weighted sum of squares of joint differences, or the largest of √weight
             times a difference.

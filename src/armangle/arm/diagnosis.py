@@ -296,7 +296,7 @@ def _wider(opening: Opening) -> str:
 @by_content
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
-    """Findings for each permitted branch, best first.
+    """Findings for each permitted branch: those of a path best first, those of a pose by GC.
 
     Parameters
     ----------

@@ -207,7 +207,7 @@ class JointPath:
         The path of the end effector between the rows; if None, straight with shortest rotations. If the
         joints determine it (``between=`` of `from_joints`), it is that of `at`.
     curve : Curve or None
-        The arm angle between the rows; linear if None.
+        The arm angle or the joints between the rows; None: the arm angle (free joint) is linear.
     start : ndarray, shape (7,), or None
         The joints before the first pose, rad, from `follow`.
     scenes : tuple of Scene

@@ -72,7 +72,7 @@ class _Rated(_Rule):
 
 @dataclass(frozen=True)
 class Repulsion(_Rated):
-    """Repels the arm angle from both ends of its arc; Eq. (36).
+    """Repels the arm angle from both ends of its arc, which a full circle lacks; Eq. (36).
 
     Not to be confused with `Centre`, which pulls towards the middle from everywhere: with a large `alpha`
     this one does not move the arm angle until an end is near.
@@ -143,7 +143,7 @@ class Hold(_Rule):
 
 @dataclass(frozen=True)
 class Centre(_Rated):
-    """Pulls the arm angle towards the middle of its arc by the share K of the distance.
+    """Pulls the arm angle towards the middle of its arc, if it has one, by the share K of the distance.
 
     Parameters
     ----------

@@ -346,7 +346,7 @@ class Tracker:
 
     @property
     def q(self) -> Floats:
-        """The present joints (7,), rad."""
+        """The present joints (7,), rad; raise before `start`."""
         self._check_started()
         return np.array(self._core.q)
 
