@@ -16,7 +16,7 @@ PCD = "VERSION 0.7\nFIELDS x y z _ rgb\nSIZE 4 4 4 1 4\nTYPE F F F U F\nCOUNT 1 
 
 
 def texts() -> dict[str, bytes]:
-    """A file of each kind with these points."""
+    """The bytes of a file of each kind, by name, with POINTS."""
     rows = [(*p, 7) for p in POINTS.tolist()]
     mixed = np.zeros(50, dtype=[("x", "<f4"), ("r", "u1"), ("y", "<f4"), ("z", "<f4")])
     padded = np.zeros(50, dtype=[("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("_", "u1", (4,)), ("rgb", "<f4")])

@@ -45,7 +45,7 @@ def robot(*parts: str) -> str:
 
 
 def under(kind: str, link: str = "torso", parent: str = "foot", name: str = "lift") -> str:
-    """Return a link on a joint of some kind."""
+    """Return the link `link` on a joint `name` of this kind to `parent`."""
     return f'<link name="{link}"/>' + joint_xml(name, parent, link, kind, LIMIT + '<axis xyz="0 0 1"/>')
 
 

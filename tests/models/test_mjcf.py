@@ -33,7 +33,7 @@ def text_of(values) -> str:
 
 
 def mjcf_of(arm: RandomArm, rng: np.random.Generator) -> str:
-    """Return the MJCF of a made arm: random body frames, joint positions and references."""
+    """Return the MJCF of a made arm: random body frames, joints at random points of their axes, limits."""
     points, directions = arm.axes()
     tip = dh_forward(arm, np.zeros(7))
     opening, closing, parent = [], [], np.eye(4)
@@ -79,7 +79,7 @@ def rotation(q) -> np.ndarray:
 
 
 def quat(matrix) -> np.ndarray:
-    """Return the quaternion of a rotation: the eigenvector of its largest eigenvalue."""
+    """Return the quaternion (w, x, y, z) of a rotation: an eigenvector of the largest eigenvalue of k."""
     m = matrix
     k = np.array(
         [

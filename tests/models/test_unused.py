@@ -86,7 +86,7 @@ NOTHING = {
 
 
 def test_origins_that_mean_nothing_are_refused() -> None:
-    """`read_urdf` refuses origins with bad numbers, and says why."""
+    """`read_urdf` refuses origins with bad numbers, or with rpy and quat_xyzw, and says why."""
     assert not_refused(
         (ModelError, re.escape(said),
          lambda origin=origin: read_urdf(with_joint(f"{NARROW}<origin {origin}/>"), "l0", "l7"))

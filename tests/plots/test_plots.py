@@ -22,8 +22,8 @@ from armangle.viewer.scene import segment_colours  # noqa: E402 - after the back
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 WAM = aa.Arm.from_catalogue("barrett_wam7")
-# Faria et al. (2018), Eq. (37).
 LOOK = np.random.default_rng(7).uniform(-np.pi, np.pi, 200)
+# Faria et al. (2018), Eq. (37).
 PAPER_Q = np.radians([-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812])
 POSE, PSI, GC = IIWA.forward(PAPER_Q)
 BODIED = IIWA.with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
@@ -64,7 +64,7 @@ def _figure_labels(ax: object) -> set[str]:
 
 @pytest.mark.parametrize("arm", [IIWA, WAM], ids=lambda arm: arm.name)
 def test_arm_frames_draws_the_frames_where_they_are(arm: aa.Arm) -> None:
-    """`plots.arm_frames` draws links and labels of all frames where `frames` has them."""
+    """`plots.arm_frames` labels frames 0 to 7, and draws shoulder, elbow, wrist and tool where they are."""
     q = np.array([0.3, 0.5, 0.2, 1.2, 0.1, 0.5, 0.0])
     ax = plots.arm_frames(arm, q)
     names = [text.get_text() for text in ax.texts]
@@ -103,7 +103,7 @@ def test_stick_figure_colours_the_circle_as_the_arcs_say() -> None:
 
 
 def test_free_is_lighter_and_wider_than_whatever_blocks() -> None:
-    """One legend for the circle, the strip, the maps, the viewer and the page: they never look alike."""
+    """In plots, viewer and page the colour of what is free is lighter than whatever blocks, and wider."""
 
     def light(colour: str) -> float:
         """Relative luminance (IEC 61966-2-1 and ITU-R BT.709), 0 to 1."""

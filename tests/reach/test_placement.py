@@ -30,7 +30,7 @@ def at(base: np.ndarray, arm: aa.Arm, yaw: float) -> aa.Arm:
 @pytest.mark.parametrize("name", [*ARMS, "kuka_iiwa7_r800", *OFFSET_ARMS])
 @pytest.mark.parametrize("hanging", [False, True])
 def test_no_scanned_yaw_beats_it(name: str, hanging: bool) -> None:
-    """`place` reaches the weight it says, over all its stretch, and no other yaw reaches more."""
+    """`place` reaches the weight it says, also near both ends of its stretch; no scanned yaw reaches more."""
     arm, (many, yaws) = aa.Arm.load(name), (12, 61) if name in OFFSET_ARMS else (60, 181)
     if hanging:
         arm = arm.with_(base=np.diag([1.0, -1.0, -1.0, 1.0]))

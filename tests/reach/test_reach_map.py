@@ -85,7 +85,7 @@ def test_cells_are_what_the_closed_form_says_at_their_middles(name: str, tmp_pat
 
 @pytest.mark.parametrize("name", OFFSET_ARMS)
 def test_cells_of_an_arm_with_an_offset_are_what_its_intervals_say(name: str, tmp_path: Path) -> None:
-    """So do those of an offset arm with base and tool; the field proven is refused."""
+    """Cells of an offset arm with base and tool hold what its own functions give; proven is refused."""
     base, tool = aa.pose([0.1, 0.2, 0.3]), aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1])
     arm = aa.Arm.load(name).with_(base=base, tool=tool)
     found = aa.reach_map(arm, tmp_path / "a.zarr", spacing=0.3, tilt=0.5)
@@ -137,7 +137,7 @@ def test_cells_of_random_arms_with_base_tool_signs_offsets(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("name", ARMS)
 def test_what_is_proven_of_a_cell_holds_everywhere_in_it(name: str, tmp_path: Path) -> None:
-    """All places in a cell whose field proven says reachable or unreachable are so."""
+    """Corners and random places of a cell whose field proven says reachable or unreachable are so."""
     arm = aa.Arm.from_catalogue(name)
     found = made(name, tmp_path / "a.zarr", spacing=0.1, tilt=0.5, fields=("gc", "proven"))
     rng = draw.generator(16, 26, ARMS.index(name))
@@ -415,7 +415,7 @@ def test_a_full_file_system_is_said_and_resumed_from(
 @pytest.mark.slow
 @pytest.mark.parametrize("name", STORED)
 def test_memory_does_not_grow_with_a_map(name: str, tmp_path: Path) -> None:
-    """Ten times the cells in the memory of a few tiles more: so 10⁸ stay far below 500 MB."""
+    """A map of more than nine times the cells takes less than 40 MiB more, and less than 500 MiB in all."""
     small = peak(name, tmp_path / "small.zarr", spacing=0.04, tilt=0.15)
     large = peak(name, tmp_path / "large.zarr", spacing=0.0125, tilt=0.15)
     cells = [np.prod(aa.ReachMap(tmp_path / f"{size}.zarr").shape) for size in ("small", "large")]
@@ -464,7 +464,7 @@ def test_another_instruction_set_is_refused(
 def test_parts_make_the_whole_whatever_their_order(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The parts of a map, in any order, leave the bytes of one run and report each tile once."""
+    """The parts of a map, in another order, leave the bytes of one run and report each tile once."""
     small_tiles(monkeypatch, 2**14)
     place = tmp_path / "a.zarr"
     told: list[tuple[int, int]] = []

@@ -265,7 +265,7 @@ FREE = {"arm", "name", "joint_names", "notes", "report"}
 """Values of other kinds, with tests of their own."""
 OTHERS = {"catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
 OTHERS |= {"load_scene", "load_body", "load_cloud", "load_field"}
-"""Files and names: test_io_refusals, test_catalogue, files/test_scenes."""
+"""Files and names: refusals/test_files, models/test_catalogue, files/test_scenes, files/test_opening."""
 
 
 def test_every_public_function_and_argument_is_in_the_matrix() -> None:
@@ -377,7 +377,7 @@ def test_every_door_of_kuka_asks_for_the_units() -> None:
 
 
 def test_a_far_pose_and_a_joint_just_outside_are_no_mistake() -> None:
-    """A pose 30 reaches away is unreachable, and joints a turn outside the limits are outside: no error."""
+    """A pose 30 reaches away is unreachable, joints 6.2 rad outside the limits are outside: no error."""
     far = POSE.copy()
     far[:3, 3] *= 30 * ARM.geometry.reach / np.linalg.norm(far[:3, 3])
     assert ARM.solve(far).status == aa.Status.UNREACHABLE

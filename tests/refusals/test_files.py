@@ -193,7 +193,7 @@ def test_toml_of_junk(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_nothing_is_unpacked_that_the_bytes_cannot_hold(tmp_path: Path) -> None:
-    """`load_poses` refuses other compression and huge shapes without using memory."""
+    """`load_poses` refuses other compression and huge shapes, and takes less than 1 MB for it."""
     file = npz(tmp_path / "p.npz", bytes_of(np.zeros((100_000, 7))), compression=zipfile.ZIP_BZIP2)
     tracemalloc.start()
     with pytest.raises(aa.ModelError, match=r"pose\.npy is not packed as NPZ is"):

@@ -111,7 +111,7 @@ def test_joints_go_straight_and_the_tool_where_they_take_it(rng: np.random.Gener
 
 
 def test_corners_are_stops_or_rounded_within_the_tolerance() -> None:
-    """`retime` of joint rows stops at corners, or rounds them within the tolerance in less time."""
+    """`retime` of joint rows stops at corners, or rounds them within the tolerance in no more time."""
     q = np.array(
         [[0, 0.5, 0, -1.2, 0, 0.6, 0], [0.5, 0.7, 0, -1.0, 0, 0.6, 0.3], [0.4, 0.3, 0.3, -1.4, 0.2, 0.9, 0]]
     )
@@ -261,7 +261,7 @@ def test_it_is_joined_to_a_line_and_timed_as_one() -> None:
 
 @pytest.mark.parametrize("between", ["tool", "joints", "spline"])
 def test_a_posture_of_no_arm_angle_and_a_repeated_row_are_no_obstacles(between: Between) -> None:
-    """`retime` of rows through theta_2 = theta_6 = 0 with a repeated row takes no longer."""
+    """`retime` takes rows to theta_2 = theta_6 = 0 with a repeated row; joints in the least time."""
     q = np.linspace([0.3, 0.5, 0, -1.2, 0, 0.6, 0], [0.3, -0.5, 0, -1.2, 0, -0.6, 0.2], 21)
     q = np.insert(q, 7, q[7], axis=0)
     if between == "tool":

@@ -35,7 +35,7 @@ PATHS = {
 
 
 def ends(path: aa.JointPath) -> Any:
-    """The directions of the joints at both ends of a path, the fastest joint 1."""
+    """The directions of the joints at both ends of a path, scaled so that the fastest joint has ±1."""
     rates = [path.derivatives(s)[0] for s in (0.0, np.nextafter(1.0, 0.0))]
     return [rate / np.abs(rate).max() for rate in rates]
 

@@ -284,7 +284,7 @@ def test_one_number_bounds_all_joints_and_infinity_none() -> None:
 @pytest.mark.parametrize("way", [0.0, 1e-6, 1e-5, 1e-4])
 @pytest.mark.parametrize("jerk", [None, 50.0])
 def test_standing_tools_and_the_shortest_lines_are_timed(way: float, jerk: float | None) -> None:
-    """`retime` of joint motions under a tool that stands, or moves 0.1 mm, keeps its bounds."""
+    """`retime` of joint motions under a tool that stands, or moves at most 0.1 mm, keeps its bounds."""
     q = Q + np.random.default_rng(0).uniform(-0.3, 0.3, 7)
     first, psi, gc = ARM.forward(q)
     last = moved(first, way * np.array([0.6, -0.48, 0.64]))
@@ -557,7 +557,7 @@ def test_a_row_that_is_repeated_is_no_stop(asked: dict[str, float]) -> None:
 @pytest.mark.turns(3)
 @pytest.mark.parametrize("between", ["joints", "spline", "tool"])
 def test_several_rows_in_turn_that_repeat_one_are_no_stop(between: Between) -> None:
-    """`retime` takes as long with a row repeated three times as without, within 0.1 %."""
+    """`retime` takes as long with two more rows at or near one as without, within 0.1 %."""
     middle, last = Q + np.array([0.2, 0.1, -0.3, 0.2, 0.1, -0.2, 0.4]), Q + 0.1
     for ends in ([], [last]):
         repeated = [[middle + shift for shift in shifts] for shifts in ([], [3e-9, 8e-10], [1e-5, 1.5e-5])]
@@ -608,7 +608,7 @@ def test_the_velocity_at_a_corner_between_equal_legs_jumps_by_what_a_cycle_allow
 
 
 def test_motions_of_several_parts_take_what_these_take() -> None:
-    """`retime` with jerk of joined plans takes as long as of each, within 0.3 %."""
+    """`retime` with jerk of joined plans takes at most 0.3 % longer than of each alone, together."""
     home = np.radians([0, 15, 0, -85, 0, 80, 0.0])
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
     poses = [arm.forward(home)[0]]

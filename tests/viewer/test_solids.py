@@ -78,7 +78,7 @@ def _links(path: Path) -> list[str]:
 
 
 def test_meshes_of_a_urdf_are_drawn_where_the_file_puts_them(tmp_path: Path) -> None:
-    """`solids_of` draws meshes and boxes of a URDF with place, scale and colour, capsules elsewhere."""
+    """`solids_of` draws meshes and boxes of a URDF with frame, scale and colour, capsules elsewhere."""
     need("trimesh")
     links = _links(_urdf(tmp_path, {}))
     (tmp_path / "my_robot" / "meshes").mkdir(parents=True)

@@ -330,7 +330,7 @@ def test_reasons_name_the_joint() -> None:
 
 
 def test_limits_that_block_together_are_all_named() -> None:
-    """`reasons` names all joints that together block every psi."""
+    """`reasons` says of limits of several joints that these together block every psi."""
     found = None
     rng = np.random.default_rng(0)
     arm = aa.Arm.from_catalogue("openarm_v10")
@@ -351,7 +351,7 @@ def test_ghosts_reach_the_same_tool() -> None:
 
 
 def test_the_elbow_circle_says_who_blocks() -> None:
-    """`elbow_circle` holds the joint that blocks each segment, and passes the elbow."""
+    """`elbow_circle` has parts that are free or blocked by joint 1 or 5, in three colours, and passes E."""
     state = paper()
     circle = state.elbow_circle()
     assert set(circle.blocker.tolist()) == {0, 1, 5}
