@@ -154,7 +154,19 @@ struct SevenEquations {
     T size() const noexcept { return taxi_length(left.wrist) + taxi_length(left.turn) + abs(left.psi); }
 };
 
-/// Computes the seven equations at a posture with these angles.
+/// Whether T is a Taylor series of intervals: the equations then hold for a box of postures, for a proof.
+template <class T>
+concept enclosing = requires(const T& x) { x.value().lo; };
+
+/// How fast half the sum of the cross products of a's axes with b's falls per radian by which a is turned
+/// about `axis`: (tr M - M) axis / 2 with M the sum of a_i b_i^T, whose trace is `trace`.
+template <class T>
+Vec3<T> turn_slope(const Mat3<T>& a, const Mat3<T>& b, const T& trace, const Vec3<T>& axis) noexcept {
+    return (axis * trace - a.x * dot(b.x, axis) - a.y * dot(b.y, axis) - a.z * dot(b.z, axis)) * T(0.5);
+}
+
+/// Computes the seven equations at a posture with these angles. The columns of the rotation are exact on the
+/// pose, which Newton's method needs; with intervals they are exact at every posture, which a proof needs.
 template <class T>
 ARMANGLE_INLINE SevenEquations<T> seven_equations(const ChainArm& arm, const Pose<T>& pose,
                                                   const PsiPlane<T>& plane, const SinCos<T>* angle) noexcept {
@@ -176,6 +188,11 @@ ARMANGLE_INLINE SevenEquations<T> seven_equations(const ChainArm& arm, const Pos
         const Vec3<T>& axis = frame[i].rotation.z;
         out.column[i].wrist = cross(axis, wrist - frame[i].position) * per_reach;
         out.column[i].turn = axis;
+        if constexpr (enclosing<T>) {
+            const Mat3<T>&a = now.rotation, &b = pose.rotation;
+            const T trace = dot(a.x, b.x) + dot(a.y, b.y) + dot(a.z, b.z);
+            out.column[i].turn = turn_slope(a, b, trace, axis);
+        }
         out.column[i].psi = i < 3 ? dot(plane.across, cross(nominal_axis[i], z_3)) : zero;
     }
     return out;

@@ -24,8 +24,7 @@ namespace detail {
 
 /// The seven equations of an own chain with a free joint, whose sine and cosine are `wanted`, in the robot's
 /// order: the position of the tip, its rotation and the free joint. The columns are exact derivatives at
-/// every posture: a turn about an axis changes half the sum of cross products by (tr M - M) axis / 2, where M
-/// is the sum of now_i wanted_i^T.
+/// every posture.
 template <class T>
 SevenEquations<T> free_joint_equations(const OffsetChain& arm, const Pose<T>& pose, const SinCos<T>& wanted,
                                        const SinCos<T>* angle) noexcept {
@@ -44,8 +43,7 @@ SevenEquations<T> free_joint_equations(const OffsetChain& arm, const Pose<T>& po
     for (int k = 0; k < joints; ++k) {
         const Vec3<T>& axis = frame[k].rotation.z;
         out.column[k].wrist = cross(axis, now.position - frame[k].position) * per_reach;
-        out.column[k].turn =
-            (axis * trace - a.x * dot(b.x, axis) - a.y * dot(b.y, axis) - a.z * dot(b.z, axis)) * half;
+        out.column[k].turn = turn_slope(a, b, trace, axis);
         out.column[k].psi = k == held ? wanted.cos * angle[k].cos + wanted.sin * angle[k].sin : T(0.0);
     }
     return out;
