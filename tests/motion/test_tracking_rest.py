@@ -100,14 +100,14 @@ def test_every_constant_hand_brings_the_arm_to_rest(name: str) -> None:
 def test_a_hand_with_a_folded_elbow_is_reached(name: str) -> None:
     """A tracker reaches a hand at which the elbow is bent by 2.4 to 2.6 rad."""
     arm = aa.Arm.from_catalogue(name)
-    delta = arm.geometry.delta
+    of = arm.geometry
+    side = 1.0 if of.signs[3] * (arm.lower[3] + arm.upper[3]) > 0 else -1.0
     for bend in (2.4, 2.5, 2.6):
         there = 0.5 * (arm.lower + arm.upper) + 0.1
-        there[3] = arm.geometry.signs[3] * (bend + delta - arm.geometry.offsets[3])
-        if not arm.lower[3] < there[3] < arm.upper[3]:
-            continue
+        there[3] = of.signs[3] * (side * bend + of.delta - of.offsets[3])
+        assert arm.within_limits(there)
         start = there.copy()
-        start[3] -= 1.0 * arm.geometry.signs[3]
+        start[3] -= side * of.signs[3]
         assert at_rest(arm, start, arm.forward(there)[0]).status == aa.Tracking.FOLLOWING
 
 
