@@ -346,13 +346,14 @@ nb::object new_named(nb::handle kind, Items&&... items) {
     return nb::steal(made);
 }
 
-/// The common batch axes of several arrays that are broadcast to one shape; axes that are contiguous in all
-/// are merged.
+/// The common batch axes of several arrays that have been broadcast to one shape; axes that are contiguous in
+/// all are merged.
 template <int N>
 class Grid {
 public:
-    /// The `inner[k]` trailing axes of buffer k belong to the element and are contiguous. A null buffer has
-    /// stride 0.
+    /// Takes the batch axes of buffers[0], which all buffers have (the caller has broadcast them). A null
+    /// buffer has stride 0; the first must not be null. The `inner[k]` trailing axes of buffer k belong to
+    /// the element and are contiguous.
     Grid(const Buffer* const (&buffers)[N], const int (&inner)[N]) {
         const Buffer& lead = *buffers[0];
         ndim_ = lead.ndim() - inner[0];

@@ -33,7 +33,7 @@ void make_solve_options(SolveOptions* self, Metric metric, Floats weight, unsign
     std::memcpy(self->weight, w.data<double>(), sizeof(self->weight));
 }
 
-/// The core's options with a seed (null: none) and allowed arcs (null: all).
+/// The core's options: metric, weights and branches of `o`, a seed (null: none) and allowed arcs (null: all).
 NearestOptions nearest_options(const SolveOptions& o, const double* near, const ArcSet* allowed) noexcept {
     NearestOptions out;
     out.metric = o.metric;

@@ -40,7 +40,8 @@ public:
     /// Counts one more finished element, in any thread.
     void advance() noexcept { done_[0].count.fetch_add(1, std::memory_order_relaxed); }
 
-    /// Calls Python now; for the calling thread alone.
+    /// Runs Python's signal handlers and reports progress now; if one of them raises, the call has ended().
+    /// For the calling thread alone.
     void ask() noexcept {
         asked_ = Clock::now();
         const nb::gil_scoped_acquire held;

@@ -35,6 +35,8 @@ class Bar:
 def bar(done: int, total: int, seconds: float) -> str:
     """Return a share as a bar, with the elapsed and the estimated remaining seconds.
 
+    No remaining time if nothing is done yet; all is done if the total is 0.
+
     >>> bar(1, 2, 3.0)
     '###############............... 50 %, 3.0 s, 3 s left'
     """

@@ -313,7 +313,10 @@ def _solve_jvp(what: tuple[int, float, str], given: Any, changes: Any) -> Any:
 
 
 def _freedom_value(what: tuple[int, float], pose: Array) -> Any:
-    """Return the total length of the feasible intervals of each pose, rad; `what` is (arm's key, margin)."""
+    """Return the total length of the feasible intervals of each pose, rad, over all branches.
+
+    `what` is (arm's key, singularity margin in rad).
+    """
     key, margin = what
     return _call("freedom", key, [(pose.shape[:-2], pose.dtype)], pose, margin=margin)
 

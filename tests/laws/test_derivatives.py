@@ -56,7 +56,7 @@ def arms() -> list[aa.Arm]:
 
 
 def joints_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
-    """At most `count` joints within 2 rad of 0, no closer to a singular posture than 0.2 rad."""
+    """At most `count` joints of an S-R-S arm within 2 rad of 0, no closer to a singularity than 0.2 rad."""
     return calm(arm, rng.uniform(-2, 2, (count, 7)))
 
 
@@ -299,7 +299,7 @@ OWN = ("calibrated franka_fr3", "calibrated fetch")
 
 
 def mounted(name: str) -> aa.Arm:
-    """An arm of `named` on a base, with a tool."""
+    """An arm of `named` on a tilted base, with a tilted tool."""
     base, tool = (
         aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]),
         aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1]),

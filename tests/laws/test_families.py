@@ -164,7 +164,10 @@ def test_no_psi_of_a_grid_brings_the_elbow_nearer(arm: aa.Arm, wish: str) -> Non
 
 @pytest.mark.parametrize("arm", OFFSET, ids=named)
 def test_where_every_elbow_is_as_good_it_is_said(arm: aa.Arm) -> None:
-    """`psi_towards` of an offset arm raises if psi does not matter, and out of reach."""
+    """`psi_towards` of an offset arm raises if every elbow is as far from the point, and out of reach.
+
+    With on_error="nan" it is NaN there.
+    """
     q = within(arm, np.random.default_rng(6), 1)[0]
     pose, _, gc = arm.forward(q)
     end = arm.frames(q)[1 if arm.geometry.a_6 else 6, :3, 3]

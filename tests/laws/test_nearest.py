@@ -172,7 +172,7 @@ def test_beside_singular_postures_a_posture_as_near_as_that_of_the_pose_is_found
 
 @pytest.mark.parametrize("short", [0.0, 1e-15, 1e-12, 2e-10, 1e-9, 1e-8, 1e-7])
 def test_a_range_that_lacks_a_little_of_a_turn_is_searched_to_its_ends(short: float) -> None:
-    """`solve` finds joints at the limits of a range that is nearly a full turn."""
+    """`solve` finds joints at the limits of a range that is nearly a full turn, or nearer ones."""
     rng, arm = draw.generator(101), aa.Arm.from_catalogue("kuka_iiwa7_r800")
     lower, upper = arm.lower.copy(), arm.upper.copy()
     lower[6], upper[6] = -np.pi + short / 2, np.pi - short / 2

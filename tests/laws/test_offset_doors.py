@@ -12,6 +12,7 @@ from armangle.models.catalogue import offset_catalogue
 
 FR3 = aa.Arm.from_catalogue("franka_fr3")
 Q = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
+# its offset is at the shoulder
 MIRRORED = aa.Arm(
     a_1=0.117, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, signs=[1, -1, 1, 1, -1, 1, 1], offsets=[0.3] * 7,
     lower=[-2.0] * 7, upper=[2.0] * 7, base=aa.pose([0.1, 0.2, 0.3], rpy=[0.1, 0.2, 0.3]),
@@ -26,7 +27,10 @@ def joints(arm: aa.Arm, count: int, seed: int = 0) -> Any:
 
 @pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
 def test_frames_lead_along_the_chain_to_the_pose(arm: aa.Arm) -> None:
-    """`frames` of an offset arm lead to the pose, hold the offset, and each joint turns those after it."""
+    """`frames` of an arm with an offset wrist or shoulder end at the flange and hold the offset.
+
+    Each joint turns the frames after it.
+    """
     q = joints(arm, 50)
     frames = arm.frames(q)
     np.testing.assert_allclose(frames[:, 7] @ arm.tool, arm.forward(q)[0], rtol=0, atol=1e-14)

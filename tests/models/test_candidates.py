@@ -109,7 +109,10 @@ def test_the_arm_is_offered_whatever_carries_it_and_whatever_it_carries(case: st
 
 
 def test_exact_chains_come_first_then_near_ones_with_their_residual() -> None:
-    """`urdf_candidates` ranks S-R-S arms before near ones, with their residual, before others."""
+    """`urdf_candidates` ranks an S-R-S arm before a near one, with its residual.
+
+    One that is neither near nor an offset arm is last.
+    """
     near = [list(place) for place in STRAIGHT]
     near[1], near[6] = [0.012, 0, 0], [0.001, 0, 0]  # at both ends: no offset arm
     odd = [list(place) for place in STRAIGHT]
@@ -233,7 +236,7 @@ def test_a_generated_arm_is_found_on_any_tree() -> None:
 
 
 def found_on_a_tree(seed: int) -> None:
-    """Check that an arm in random frames on a random tree is found, with the file's own kinematics."""
+    """Check that an arm in random frames on a random tree is found, alone, with the file's own kinematics."""
     rng = np.random.default_rng(seed)
     made = RandomArm(rng, elbow_offset=seed % 2 == 1, right_angles=seed % 4 >= 2)
     points, directions = made.axes()

@@ -38,7 +38,10 @@ def posed(arm: aa.Arm, q: Array, move: Array) -> Array:
 
 
 def line(q: Array, shift: tuple[float, float, float], n: int) -> Array:
-    """n poses on a straight line with fixed orientation, the first half a step from q's own."""
+    """n poses with fixed orientation on the line from q's own pose by `shift` (m).
+
+    The first is half a step from it, the last at its end.
+    """
     return along(moved(IIWA.forward(q)[0], 0.5 / n * np.array(shift)), (1 - 0.5 / n) * np.array(shift), n)
 
 

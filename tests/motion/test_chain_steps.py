@@ -63,8 +63,8 @@ def test_without_deviation_it_is_the_exact_step(name: str) -> None:
 
 
 def test_a_wish_too_far_is_shortened_and_a_pose_too_far_is_a_jump() -> None:
-    """A calibrated arm steps part of the way to a distant psi; a distant pose is JOINT_JUMP or
-    UNREACHABLE.
+    """A calibrated arm steps part of the way to a psi 1 rad away. A pose 0.22 m away is JOINT_JUMP, one out
+    of reach UNREACHABLE, and allowed arcs without a feasible psi are NOT_ALLOWED.
     """
     arm, q = ARMS["kuka_iiwa7_r800 1.0 mm"], Q
     pose, psi, gc = arm.forward(q)

@@ -91,8 +91,8 @@ def test_whatever_roll_the_path_asks_the_joints_are_the_same() -> None:
 
 
 def test_without_start_joint_7_stands_in_the_middle_and_times_hold() -> None:
-    """With free roll and no start joint 7 is at its middle and stays so in `retime`; at a goal, at the
-    goal's.
+    """With free roll and no start joint 7 is at the middle of its limits, and stays there in `retime`; with a
+    goal it is where the goal has it.
     """
     pytest.importorskip("scipy")
     arm = along_axis_7(IIWA)

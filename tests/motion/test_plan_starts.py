@@ -216,7 +216,9 @@ def test_a_plan_that_was_refused_or_had_no_joints(
 
 @pytest.mark.slow
 def test_planar_lines_pass_where_two_branches_meet() -> None:
-    """Plans of lines in the arm's plane pass theta_2 or theta_6 = 0 as smoothly as the planar motion."""
+    """Plans of lines in the arm's plane pass theta_2 or theta_6 = 0 with no larger step than the planar
+    motion.
+    """
     rng, crossed = generator(5), 0
     for _ in range(count(60)):
         path, q = planar_motion(IIWA, rng)

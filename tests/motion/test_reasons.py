@@ -39,7 +39,7 @@ def inside(arm: aa.Arm, q: Array) -> Array:
 
 
 def steps(name: str, count: int) -> Any:
-    """Yield arm, joints and a pose nearby; a joint is often close to a limit."""
+    """Yield arm, joints, one often close to a limit, and the pose of joints within 0.25 rad of them."""
     arm = aa.Arm.from_catalogue(name)
     rng = np.random.default_rng(len(name))
     lower, upper = np.maximum(arm.lower, -TURN), np.minimum(arm.upper, TURN)

@@ -72,7 +72,10 @@ def test_no_roll_by_hand_costs_less(arm: aa.Arm) -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("arm", [*ARMS, *OFFSET])
 def test_the_roll_begins_and_ends_with_what_is_given(arm: aa.Arm) -> None:
-    """A plan with free roll keeps a start or goal, and costs no more than one with its roll all along."""
+    """A plan with free roll keeps a start or goal.
+
+    It costs no more than one that keeps the given posture's roll all along.
+    """
     rng, proven = generator(16, 51), 0
     for _ in range(count(2)):
         q, path = seam(arm, rng)

@@ -35,7 +35,10 @@ def definitions(text: str) -> Iterator[tuple[int, str, str, bool]]:
 
 
 def untold(text: str, known: frozenset[str] = frozenset()) -> list[str]:
-    """Lines and names ("3: f") of definitions without a comment, in order, but for `known` names."""
+    """Lines and names ("3: f") of definitions in column one that lack a comment, in order.
+
+    This file's head says which need none; nor do names in `known`.
+    """
     names, missing, last = set(known), [], ""
     for number, name, line, told in definitions(text):
         makes_the_last = bool(last) and re.search(rf"\b{last}\b", line.split(name + "(")[0]) is not None

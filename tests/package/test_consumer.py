@@ -49,7 +49,7 @@ START_DEG = [-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812]
 
 
 def run(*command: object, cwd: Path | None = None) -> str:
-    """Return what a command prints; if it fails, so does the test, with its output."""
+    """Return what a command prints on stdout; if it fails, so does the test, with all its output."""
     done = subprocess.run([str(part) for part in command], cwd=cwd, capture_output=True, text=True)
     assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
     return done.stdout

@@ -37,7 +37,10 @@ HEAD = re.compile(r"(?:(?:if|for|while)\s*\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*
 
 
 def chained(code: str) -> Iterator[int]:
-    """Lines that are a statement with a comma between two actions: `a = x, b = y;`, `return a = x, b;`."""
+    """Numbers of the lines on which a statement begins that has a comma between two actions.
+
+    Such as `a = x, b = y;` and `return a = x, b;`.
+    """
     before, begun = "", (0, "")
     for number, line in enumerate(code.splitlines(), 1):
         part = line.strip()

@@ -52,7 +52,7 @@ def same_angles(actual: Array, wanted: Array, tolerance: float = 1e-9) -> bool:
 
 
 def signs_of(theta: Array) -> tuple[int, int, int]:
-    """(GC_2, GC_4, GC_6) of joint angles (7,)."""
+    """Signs +1 or -1 (GC_2, GC_4, GC_6) of joint angles theta (7,); 0 gives +1."""
     return mended.gc_signs(mended.gc_index(ARM, theta))
 
 

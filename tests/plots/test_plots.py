@@ -381,7 +381,7 @@ def test_path_marks_where_it_fails() -> None:
 
 
 def test_path_draws_a_trajectory_over_time() -> None:
-    """`plots.path` draws trajectories over time, and refuses a mix with paths."""
+    """`plots.path` draws trajectories over time, and refuses a mix with paths without times, or an array."""
     pytest.importorskip("scipy", reason="retime needs scipy: pip install 'armangle[time]'")
     moves = {
         f"{v} rad/s": aa.retime(_path(), velocity=np.full(7, v), acceleration=np.full(7, 9.0)) for v in (1, 3)

@@ -162,7 +162,7 @@ def on_circle(coefficients: Array, psi: float | Array) -> NDArray[np.float64]:
 
 
 def _unit(x: Array, y: Array, sign: int, locked: bool) -> tuple[Array, Array]:
-    """Direction sign (x, y) of unit length; (1, 0) where there is none."""
+    """Direction sign (x, y) of unit length; (1, 0) where there is none, or everywhere if `locked`."""
     length = np.hypot(x, y)
     lost = (length == 0) | locked
     divisor = np.where(lost, 1.0, length)

@@ -182,7 +182,7 @@ TOML = {
 
 
 def test_toml_of_junk(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """`read_robot` and the command line refuse hostile TOML with its name."""
+    """`read_robot` and the command line, which returns 2, refuse hostile TOML with the file's name."""
     file = tmp_path / "r.toml"
     for text, message in TOML.items():
         file.write_text(text)

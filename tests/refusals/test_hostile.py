@@ -50,7 +50,10 @@ def test_a_far_base_does_not_refuse_the_stretched_arm() -> None:
 
 
 def test_stationary_values_are_found_beside_a_singularity() -> None:
-    """`joint_function` near a singularity has both stationary psi, with the slope changing sign at each."""
+    """`joint_function` of joint 1 near a singularity has both stationary psi.
+
+    The slope changes sign at each.
+    """
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.3, d_wf=0.0)
     pose = arm.forward([1.92455373, 0, -3.12512316, np.pi + 1e-7, -0.08357272, 0, np.pi - 1e-7])[0]
     f = aa.gradients.joint_function(arm, pose, 2, 1)

@@ -132,7 +132,10 @@ class Question:
         return f"{self.arm.name}, pose {self.pose.tolist()}, {self.asked}"
 
     def least(self, q: Floats) -> Floats:
-        """Return the least distance at joints (..., 7) minus the clearance, m."""
+        """Return the least distance of links to obstacles and one another at joints (..., 7), m.
+
+        The clearance is subtracted. Beyond FAR it is a lower bound.
+        """
         return distances(self.arm, q, self.scene, FAR)[0].min(axis=-1) - self.kept
 
     def arcs(self, rng: np.random.Generator) -> tuple[int, int]:

@@ -104,7 +104,7 @@ class Case:
 
 
 def case(seed: int, kind: str | None = None) -> Case:
-    """Return a random case drawn from a seed, of this kind or the one whose turn it is."""
+    """Return a random case drawn from a seed, of this kind; of KINDS[seed % 8] by default."""
     rng = np.random.default_rng([713, seed])
     kind = kind or KINDS[seed % len(KINDS)]
     arm = random_arm(rng) if kind in ("short", "weights", "margins", "corner") else IIWA

@@ -112,7 +112,10 @@ class SelfMotion:
         return _dh(theta, ALPHA[joint], self.d[joint], self.a[joint])
 
     def at(self, elbow: int, phi: float) -> Iterator[tuple[int, list[Any]]]:
-        """Yield (gc, theta) of the four branches with this elbow sign, at angle phi about shoulder-wrist."""
+        """Yield (gc, theta) of the four branches with this elbow sign, without limits.
+
+        phi is the angle about shoulder-wrist, rad, from an arbitrary zero; theta is in mpmath's numbers.
+        """
         d, a = self.d, self.a
         delta = mpmath.atan2(d[2] * a[3] - a[2] * d[4], a[2] * a[3] + d[2] * d[4])
         theta_4 = delta + elbow * abs(_wrapped(self.theta[3] - delta))

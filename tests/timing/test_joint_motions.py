@@ -41,7 +41,10 @@ def rng() -> np.random.Generator:
 
 
 def ramp(v: float, a: float, j: float) -> float:
-    """Return what a ramp from rest to speed v takes, jerk j up to acceleration a if it comes to that."""
+    """Return the time that a ramp from rest to speed v takes, without acceleration at both ends.
+
+    Its jerk is j, its acceleration up to a if it comes to that.
+    """
     return v / a + a / j if v * j >= a * a else 2 * np.sqrt(v / j)
 
 

@@ -110,7 +110,10 @@ def test_meshes_of_a_urdf_are_drawn_where_the_file_puts_them(tmp_path: Path) -> 
     ],
 )
 def test_an_unreadable_mesh_is_a_capsule_and_said_once(tmp_path: Path, name: str, why: str) -> None:
-    """`solids_of` draws unreadable meshes as capsules, with one note (any, where `why` is "")."""
+    """`solids_of` draws unreadable meshes as capsules, with one note that counts them and names the first.
+
+    Where `why` is "", any reason will do.
+    """
     need("trimesh")
     (tmp_path / "broken.stl").write_bytes(b"\x00" * 10)
     (tmp_path / "a.unknown").write_text("x")

@@ -169,7 +169,7 @@ def test_a_joint_slider_spans_its_limits_to_a_tenth_of_a_degree() -> None:
 
 
 def test_set_psi_turns_the_elbow_and_keeps_the_tool() -> None:
-    """`set_psi` keeps pose, gc and limits."""
+    """`set_psi` reaches each psi, and keeps pose, gc and limits."""
     state = paper()
     pose, gc = state.pose.copy(), state.gc
     for psi in np.radians([60, 100, 170, 200, 300, 320]):

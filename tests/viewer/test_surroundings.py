@@ -79,7 +79,10 @@ def test_a_dragged_tool_leads_no_link_into_an_obstacle(policy: Any) -> None:
 
 
 def test_a_box_that_is_moved_changes_the_arcs_and_touches() -> None:
-    """`move_box` changes arcs and says what is too near; `reset` puts the box back."""
+    """`move_box` changes arcs and says what is too near, and the arm stays; `reset` puts the box back.
+
+    What is no box of the scene is refused.
+    """
     state = _state()
     before = state.arcs
     answer = state.move_box("crate", aa.pose(OVER))

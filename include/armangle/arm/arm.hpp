@@ -119,8 +119,8 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     return arm;
 }
 
-/// The parameters of an arm whose joint 7 has no limits and keeps the value of the seed: a solved pose may
-/// have any roll about axis 7.
+/// The parameters of an arm whose joint 7 has no limits and keeps the value of the seed (roll_free): a solved
+/// pose may have any roll about axis 7.
 inline ArmParameters with_free_roll(ArmParameters p) noexcept {
     p.roll_free = true;
     p.limits.lower[joints - 1] = -infinity;

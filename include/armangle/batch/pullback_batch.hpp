@@ -43,8 +43,9 @@ inline void store_rows(const Batch (&lane)[size], const std::size_t* at, std::si
 
 }  // namespace detail
 
-/// Writes inverse_derivative() of elements [begin, end) into b.out, 49 numbers an element. Reports bad input
-/// in `outcome`, and geometry without a solution unless b.unreachable requests NaN.
+/// Writes inverse_derivative() of elements [begin, end) into b.out, 49 numbers an element, a row (v, omega,
+/// psi) per joint; NaN without a solution, infinite without a derivative. Reports bad input in `outcome`, and
+/// geometry without a solution unless b.unreachable requests NaN.
 inline void derivative_range(const Arm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
                              Outcome& outcome) noexcept {
     using detail::Batch;

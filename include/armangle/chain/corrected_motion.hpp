@@ -307,7 +307,7 @@ private:
         T bend_rate, beta_rate, gamma_rate;  // how fast they change, rad/m; of the latter two cotangents
         T least_cosine;                      // of both angles beside S-W
 
-        /// Replaces each difference by the larger of both.
+        /// Replaces each difference by the larger of both; `least_cosine` stays.
         void also(const Seen& other) noexcept {
             beta = max(beta, other.beta);
             gamma = max(gamma, other.gamma);

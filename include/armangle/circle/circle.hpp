@@ -29,8 +29,8 @@ ARMANGLE_INLINE Triad<T> spread(const Triad<double>& on) noexcept {
     return {spread<T>(on.w), spread<T>(on.e), spread<T>(on.z), T(on.distance), on.nearest};
 }
 
-/// Computes the triad of a flange pose 0T7 (without base and tool). normal(p, w) returns the zero of psi as a
-/// unit vector; p = S->W (m), w = p / |p|.
+/// Computes the triad of a flange pose 0T7 (without base and tool), in the frame of the DH rows. normal(p, w)
+/// returns the zero of psi as a unit vector; p = S->W (m), w = p / |p|, or 0 if p is 0.
 template <class T, class Normal>
 ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Normal& normal) noexcept {
     const Vec3<T> p =

@@ -44,9 +44,10 @@ protected:
         return out;
     }
 
-    /// Splits in q the rotation of two joints that rotate around one axis in the cheapest way within their
-    /// limits; leaves q unchanged if there is none. side 0: joints 1 and 3, side 1: joints 5 and 7.
-    /// `flipped`: the joint between them is at theta = pi.
+    /// Splits in q the rotation that two joints on one axis have together in q, so that it costs least
+    /// (distance from `near` in the metric, whole turns included) within their limits; leaves q unchanged if
+    /// there is no such split. side 0: joints 1 and 3, side 1: joints 5 and 7. `flipped`: the joint between
+    /// them is at theta = pi. The branches are not used.
     void share(const ElbowBranches&, int side, bool flipped, Joints& q) const noexcept {
         const int i = 4 * side;
         const JointCost &a = joint_[i], &b = joint_[i + 2];

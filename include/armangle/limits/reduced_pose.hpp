@@ -98,7 +98,8 @@ inline std::uint8_t share_of_circle(const ArcSet& set) noexcept {
 
 }  // namespace detail
 
-/// Makes the arms of a map; the margin (rad) is that of limit_table().
+/// Makes the three arms of a map (joints 1 and 7 without limits, or one of them limited) and their limit
+/// tables; the margin (rad, to singularities) is that of limit_table().
 template <class AnyArm>
 ReducedArm<AnyArm> reduced_arm(const AnyArm& arm, double margin) noexcept {
     const AnyArm free = detail::bare(arm, false, false), yawed = detail::bare(arm, true, false),
@@ -271,8 +272,8 @@ private:
     };
 
     /// Computes the psi that joints 2 and 3 (half 0, shoulder) or 5 and 6 (half 1, wrist) permit, for one
-    /// sign of theta_2 or theta_6, and their joint functions. Clears plain_ (tilted_plain_) if the middle
-    /// joint may reach 0 or pi or a joint is locked.
+    /// sign (negative: 1) of theta_2 or theta_6, and their joint functions. Clears plain_ (half 0) or
+    /// tilted_plain_ (half 1) if the hinge (joint 2 or 6) may reach 0 or pi or a joint is locked.
     void find(SelfMotion<double> m, int negative, int half, detail::HalfOfMap& out) noexcept {
         m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
         detail::Sides sides;

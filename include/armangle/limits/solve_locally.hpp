@@ -189,7 +189,7 @@ Relaxed solve_locally(const A& arm, const Limits& limits, const Joints& start, c
     return best;
 }
 
-/// Whether a configuration solves the pose up to rounding.
+/// Whether a configuration, with its distance from the pose, solves it up to rounding.
 template <class A>
 bool meets(const A& arm, const Relaxed& at) noexcept {
     return at.distance <= local_solve_tuning::meets * nominal(arm).size;

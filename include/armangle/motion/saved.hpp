@@ -67,7 +67,7 @@ public:
         for (T& value : values) (*this)(value);
     }
 
-    /// Each of the members, in order.
+    /// Visits each of the members, in order.
     template <class... T>
     void all(T&... members) {
         ((*this)(members), ...);

@@ -495,7 +495,8 @@ private:
         return false;
     }
 
-    /// The reason why no branch has a step: of their reasons, the one that is easiest to remove.
+    /// The reason why no branch has a step: of their reasons, the first in the order listed below; else that
+    /// of the first branch.
     Status refusal() const noexcept {
         static constexpr Status order[] = {
             Status::NOT_ALLOWED,       Status::CLEARANCE, Status::ACCELERATION_LIMIT, Status::VELOCITY_LIMIT,

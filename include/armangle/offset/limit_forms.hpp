@@ -225,7 +225,7 @@ private:
         const SinCos<double> angle = sin_cos(at);
         return {of_angle(angle.sin), of_angle(angle.cos)};
     }
-    /// Samples of a cosine or sine, with their rounding.
+    /// The samples x of a cosine or sine, with bounds: of size at most 1, each within a rounding.
     static Samples of(const Row& x) noexcept { return {x, 1.0, Number::rounding}; }
     /// The same number at all samples.
     static Samples all(const Number& x) noexcept { return {Row(x.value), x.size, x.radius}; }

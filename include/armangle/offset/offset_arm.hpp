@@ -34,7 +34,7 @@ inline const Arm& nominal(const OffsetArm& arm) noexcept { return arm.own; }
 /// The arm whose formulas give the free joint and GC: it itself.
 inline const OffsetArm& nominal_offset(const OffsetArm& arm) noexcept { return arm; }
 
-/// An arm whose redundancy is the value of joint 7 (1), with or without a chain of its own.
+/// An arm whose redundancy is the value of joint 7 (1 if mirrored): an OffsetArm or OffsetChain.
 template <class AnyArm>
 concept free_joint_arm = requires(const AnyArm& arm) {
     { nominal_offset(arm) } -> std::same_as<const OffsetArm&>;
@@ -86,7 +86,7 @@ inline OffsetArm with_free_roll(const OffsetArm& arm) noexcept {
     return remade(arm, with_free_roll(static_cast<const ArmParameters&>(arm.own)));
 }
 
-/// Returns the same arm within other limits, in the robot's order.
+/// Returns the same arm (offset, margin, frames) within other limits of q, in the robot's order.
 inline OffsetArm with_limits(const OffsetArm& arm, const Limits& limits) noexcept {
     ArmParameters parameters = arm.own;
     parameters.limits = limits;

@@ -160,8 +160,8 @@ private:
         }
         return joints - 1;
     }
-    /// Solves for the other joints by Newton's method from joints `at`, of which joint `lead` keeps its
-    /// value; false if it does not converge.
+    /// Moves the joints `at` onto the pose by Newton's method, but for joint `lead` (0..6), which keeps its
+    /// value; false if it does not converge (`at` is then anywhere).
     bool solve(const Pose<double>& pose, int lead, double* at) const noexcept {
         return detail::solve_by_newton([&]() noexcept { return equations(pose, lead, at); },
                                        [&](const double (&step)[joints]) noexcept {

@@ -446,8 +446,8 @@ private:
         }
     }
 
-    /// Samples an unproven stretch, and records the first s at which a limit is violated, the pose is out of
-    /// reach, or a joint jumps.
+    /// Samples an unproven stretch, and records the first of its samples s at which a limit is violated, the
+    /// pose is out of reach, or a joint jumps; nothing if there is none.
     void look(const Stretch& x) {
         PlacedPosture before{};
         for (int i = 0; i <= proof::looks; ++i) {

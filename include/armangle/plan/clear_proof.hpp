@@ -310,7 +310,8 @@ public:
     }
 
 private:
-    /// The frames of the links at s of the present stretch.
+    /// The frames at s of the present stretch that the scene's shapes are fixed to; those of links 1, 2, 5
+    /// and 6 only if there are such shapes.
     template <class T>
     SceneFrames<T> frames(const T& s) const noexcept {
         const Stretch& x = *stretch_;

@@ -362,7 +362,8 @@ private:
     }
 
     /// Sets the cost of all but the cheapest configurations of a section to infinity, so that the links to
-    /// the next section stay within about `links`; at least 50 keep their cost.
+    /// the next section, if it has as many configurations, stay within about `links`; at least 50 keep their
+    /// cost, and more if costs are equal.
     void keep_cheapest(std::vector<Node>& layer, long long links) {
         const auto size = static_cast<long long>(layer.size());
         const long long most = std::max(crossing_tuning::least_postures, links / std::max(size, 1LL));

@@ -64,7 +64,7 @@ struct FamilyCurve {
     }
 
     /// The configuration at s of stretch x, with joints in the revolution nearest to the straight line
-    /// between the ends of the stretch; NaN if there is no solution.
+    /// between the ends of the stretch; its joints are NaN if there is no solution.
     PlacedPosture at(const Stretch& x, double s) const noexcept {
         PlacedPosture out;
         out.pose = pose_at(segment_of(segments, x), s);

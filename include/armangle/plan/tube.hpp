@@ -110,8 +110,8 @@ struct Task {
         out.pivot[pivots - 1] = {{none, none, T(at.sin)}, {none, none, T(at.cos)}, T(1.0)};
         return out;
     }
-    /// The phi (rad) in branch gc at s that the user's target for the elbow asks for; NaN without a target.
-    /// phi is the arm angle measured from the plane of this path.
+    /// The phi (rad) in branch gc at s that the user's target for the elbow asks for; NaN without a target,
+    /// or if all angles are as good. phi is the arm angle measured from the plane of this path.
     double wished_phi(int gc, double s) const noexcept {
         if (!wish) return not_a_number;
         const SelfMotion<double> m = self_motion(arm, circle_at(s), configuration(gc));

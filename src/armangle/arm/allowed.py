@@ -43,7 +43,10 @@ def _checked(arcs: object) -> ArcSet:
 
 
 def _few(arcs: ArcSet) -> ArcSet:
-    """Return the set itself; raise if it has more than 16 arcs, which an intersection could not hold."""
+    """Return the set, or array of sets, itself.
+
+    InputError if one has more than 16 arcs, which an intersection could not hold.
+    """
     most = _core.ARC_CAPACITY // 2
     if (arcs._count > most).any():
         raise InputError(f"allowed holds {int(arcs._count.max())} arcs, wanted at most {most}")

@@ -659,7 +659,7 @@ class Arm(FrozenValue):
         return ready
 
     def _numbers(self) -> dict[str, Any]:
-        """Return all constructor arguments of this arm by name."""
+        """Return all constructor arguments of this arm by name, for ``Arm(**numbers)``."""
         return {name: self._number(name) for name in (*(field.name for field in FIELDS), *_KEPT)}
 
     def __eq__(self, other: object) -> bool:
@@ -1594,10 +1594,10 @@ class Arm(FrozenValue):
         -------
         Diagnosis
             ``branches[k]`` is that of GC k; ``explain()`` says it in words. If limits permit a branch but the
-            arm's `scene` blocks it, the finding names the blocking pair and the missing distance. For a pose
-            beyond all limits ``instead`` is the result of ``solve(pose, fallback="nearest_pose")``. For an
-            arm with its own chain ``excess`` and ``nearest`` are those of `nominal`, and the other findings
-            are the true arm's.
+            arm's `scene` blocks it, the finding names the blocking pair and, if it depends on the arm angle,
+            the missing distance. For a pose beyond all limits ``instead`` is the result of
+            ``solve(pose, fallback="nearest_pose")`` without the scene. For an arm with its own chain
+            ``excess`` and ``nearest`` are those of `nominal`, and the other findings are the true arm's.
 
         Raises
         ------

@@ -30,6 +30,7 @@ class OffsetChainHandle(_core.OffsetChain):
     """A core arm of this kind; unsupported functions raise an error with their name."""
 
     def __getattr__(self, name: str) -> Never:
+        """Raise UnsupportedError with the name of the public function; AttributeError for __names__."""
         if name.startswith("__"):
             raise AttributeError(name)
         raise unsupported(asked_of(name))

@@ -257,8 +257,8 @@ class JointPath:
         s : array_like, shape (N,), optional
             Path parameters from 0 to 1, not decreasing; at equal steps by default.
         status : array_like of int, shape (N,), optional
-            `Status` of each row, OK by default; LIMITS if joints of an OK row violate limits, NOT_REACHED
-            without joints.
+            `Status` of each row; by default OK, or NOT_REACHED without joints. A solved row is LIMITS if its
+            joints violate limits.
         between : "tool", "joints" or "spline", optional
             The motion between rows. The default is "spline" if rows are smooth, otherwise "tool"; ``between``
             of the result tells which. Rows are smooth if a spline through every other row meets the rows

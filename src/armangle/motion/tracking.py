@@ -109,13 +109,13 @@ class HandFilter:
     Parameters
     ----------
     omega : float
-        Bandwidth, 1/s; infinite: samples are used unfiltered.
+        Bandwidth, 1/s, > 0; infinite: samples are used unfiltered.
     patience : float
-        Time that a jump must last to be accepted, s; 0: every sample is accepted.
+        Time that a jump must last to be accepted, s, >= 0; 0: every sample is accepted.
     jump : float
-        A sample further from its prediction is a jump, m.
+        A sample further from its prediction is a jump, m, > 0.
     turn : float
-        The same for its rotation, rad.
+        The same for its rotation, rad, > 0.
 
     Raises
     ------
@@ -134,6 +134,7 @@ class HandFilter:
     turn: float = 0.35
 
     def __post_init__(self) -> None:
+        """Check that the numbers are in their ranges."""
         as_number("omega", self.omega, 0.0, np.inf, low_open=True)
         as_number("patience", self.patience, 0.0, LONGEST_STEP)
         as_number("jump", self.jump, 0.0, np.inf, low_open=True)

@@ -309,7 +309,7 @@ class ReachMap:
         Raises
         ------
         InputError
-            If n or the seed is not an integer, or no reachable pose is found.
+            If n or the seed is not an integer of 0 or more, n is too large, or no reachable pose is found.
         """
         for name, value in (("n", n), ("seed", seed)):
             whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)

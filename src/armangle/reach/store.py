@@ -191,7 +191,10 @@ class Store:
             return [self._mark(tile) for tile in range(self.grid.tiles)]
 
     def _mark(self, tile: int) -> int:
-        """Return the mark of a tile: its check sum, 0 if it is missing or cannot be read."""
+        """Return the stored mark of a tile: the check sum of its values.
+
+        0 if there is no mark or it cannot be read. The tile itself is not read.
+        """
         try:
             return int(self._marks[tile])
         except Exception:  # a damaged mark counts as missing

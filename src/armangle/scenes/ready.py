@@ -212,7 +212,7 @@ _SOLID_WIDTH, _ROD_WIDTH, _POINT_WIDTH, _CORNER_WIDTH, _FIELD_WIDTH = 18, 8, 5, 
 
 
 def _points(scene: Scene) -> Floats:
-    """Return the points of all clouds: x, y, z, radius (m) and the index of the cloud."""
+    """Return the points of all clouds, (N, 5): x, y, z, radius (m), index of the cloud among all shapes."""
     clouds = [(at, shape) for at, shape in enumerate(scene.shapes) if isinstance(shape, Cloud)]
     out = np.empty((sum(len(cloud.points) for _, cloud in clouds), _POINT_WIDTH))
     first = 0

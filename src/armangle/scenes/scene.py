@@ -31,6 +31,7 @@ class Scene:
         no arm angle has that distance, it has no effect.
     ignore : iterable of (str, str)
         Pairs (obstacle, link) that may touch, such as ("table", "link_0") for an arm mounted on its table.
+        Whether they exist is checked when an arm gets the scene.
 
     Raises
     ------

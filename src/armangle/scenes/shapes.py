@@ -243,7 +243,7 @@ class HalfSpace:
         return [SolidKind.HALF_SPACE.value, 0.0, *self.normal, self.offset, 0.0, 0.0, *_NO_AXES]
 
     def _thickness(self) -> float:
-        """Return 0: it has no size that could be in wrong units."""
+        """Return 0 as smallest extent (m): it has no size that could be in wrong units."""
         return 0.0
 
 

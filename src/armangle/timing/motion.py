@@ -138,7 +138,7 @@ class Part:
         return first * self._width, second * self._width**2
 
     def s(self, r: Floats) -> Floats:
-        """Return the s of the whole at r."""
+        """Return the s of the whole at r: linear, at most `last`."""
         return np.minimum(self.first + self._width * r, self.last)
 
     @property

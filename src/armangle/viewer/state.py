@@ -458,7 +458,10 @@ class ViewerState:
             raise InputError("the motion has no solved row, wanted at least one")
 
     def seek(self, row: int) -> Answer:
-        """Go to a row of the motion (clipped to its rows); at an unsolved row the arm stays."""
+        """Go to a row of the motion (clipped to its rows).
+
+        Not ok, with the reason, without a motion or at an unsolved row; the arm then stays.
+        """
         if self.motion is None:
             return self._say(False, "There is no motion to play.")
         self.row = min(max(int(row), 0), len(self.motion) - 1)

@@ -43,7 +43,10 @@ def surface(shape: Shape, size: float) -> tuple[Floats, Any]:
 
 
 def lowest(shape: Shape) -> float:
-    """Return the lowest z of a drawn shape, m; infinity for a half-space that is not a floor."""
+    """Return the lowest z of a drawn shape, m; of a half-space its offset if it is a floor, else infinity.
+
+    A cloud or field counts by its drawn points, without radius; infinity if it draws none.
+    """
     if isinstance(shape, HalfSpace):
         return shape.offset if shape.normal[2] == 1.0 else np.inf
     drawn = points_of(shape)[0] if isinstance(shape, Cloud | Field) else surface(shape, 1.0)[0]

@@ -45,7 +45,8 @@ double value(const TrigPolynomial& p, double x) {
 
 }  // namespace
 
-/// Tries the forms at 6000 random postures and prints the numbers of this file's head.
+/// Tries the limit forms at 6000 random postures and prints the numbers of this file's head; the test that
+/// runs it judges them.
 int main() {
     constexpr int forms = 6;
     double worst[forms] = {}, vacuous = 0;

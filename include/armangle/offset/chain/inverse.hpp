@@ -156,8 +156,9 @@ inline void turn_joint(double by, SinCos<double>& angle) noexcept {
     angle = {sine * per, cosine * per};
 }
 
-/// Moves the posture `at` onto the flange pose by Newton's method, with joint `held` (0..6) fixed. `at.left`
-/// is the error that remains: large if the method fails.
+/// Moves the posture `at`, the first guess, onto the flange pose by Newton's method, with joint `held` (0..6,
+/// in the order of the formulas) fixed, whatever the limits. `at.left` is the error that remains: large if
+/// the method fails.
 inline void solve_on_pose(const OffsetChain& arm, const Pose<double>& flange, int held,
                           const OffsetChainTuning& tuning, ChainPosture& at) noexcept {
     double a[6][7], step[6], before = infinity;

@@ -158,8 +158,9 @@ private:
     /// Keeps a posture as the best if its value of the free joint is allowed, it is within the limits and
     /// collision-free, and it costs less than the best; returns whether it did.
     bool take(const ChainPosture& at, int gc, double free) noexcept { return take(at, gc, free, cost_); }
-    /// Keeps a posture as the best if its value of the free joint is allowed, it is within the limits and
-    /// collision-free, and it costs less than `most`; returns whether it did.
+    /// Keeps a posture, each joint in the turn nearest to the seed, as the best if its value of the free
+    /// joint is allowed, it is within the limits and collision-free, and it costs less than `most`; returns
+    /// whether it did.
     bool take(const ChainPosture& at, int gc, double free, double most) noexcept {
         if (o_.allowed && !contains(*o_.allowed, free)) return false;
         const Arm& own = arm_.nominal.own;

@@ -114,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _describe(arm: Arm, args: argparse.Namespace) -> int:
-    """Print the numbers of the arm and write it to --output; return 0."""
+    """Print the numbers of the arm, and write it to --output if given; return 0."""
     kind, report = _kind(arm), arm.report
     offset = "a_1" if arm.geometry.a_1 else "a_6" if arm.geometry.a_6 else "d_4"
     text = _toml(arm) if kind in ("srs", "srs_fitted") else None
