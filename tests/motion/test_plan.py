@@ -269,7 +269,7 @@ def test_refusals() -> None:
         ("goal belongs to another pose", path, {"goal": other}),
         (r"start has shape \(1, 7\), wanted \(7,\)", path, {"start": AMID[None]}),
         (r"goal\[0\] is nan, wanted finite angles in rad", path, {"goal": AMID * np.nan}),
-        ("gc is 8, wanted integers from 0 to 7", path, {"gc": 8}),
+        ("gc is 8, wanted an integer from 0 to 7", path, {"gc": 8}),
         ("samples is 1, wanted an integer from 2 to 10000000", still, {"samples": 1}),
         ("samples is 10000000000, wanted an integer from 2 to 10000000", still, {"samples": 10**10}),
         (r"path has shape \(4, 4\), wanted a Path, or poses \(N, 4, 4\)", pose, {}),

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "../plan/family_planner.hpp"
+#include "chain/nearest_posture.hpp"
 #include "chain/offset_chain_family.hpp"
 #include "offset_family.hpp"
 #include "psi_towards.hpp"

@@ -111,14 +111,15 @@ class ChainDeviation(FrozenValue):
         return _proven_share(self._arm)
 
     def __str__(self) -> str:
-        """Return distances, angles and bands in mm, mrad and degrees, on one line."""
-        bands = ", ".join(f"{band:.2g}" for band in np.degrees(self.bands))
-        return (
+        """Return distances, angles and, if the arm has them, bands in mm, mrad and degrees, on one line."""
+        said = (
             f"{self.position_rms * MILLIMETRES:.3g} mm and {self.rotation_rms * 1e3:.3g} mrad rms, where "
-            f"looked at up to {self.position_max * MILLIMETRES:.3g} mm and "
-            f"{self.rotation_max * 1e3:.3g} mrad; "
-            f"branches merge within {bands} deg of θ2, θ4 - δ, θ6 = 0"
+            f"looked at up to {self.position_max * MILLIMETRES:.3g} mm and {self.rotation_max * 1e3:.3g} mrad"
         )
+        if self._arm.redundancy != "arm_angle":
+            return said
+        bands = ", ".join(f"{band:.2g}" for band in np.degrees(self.bands))
+        return f"{said}; branches merge within {bands} deg of θ2, θ4 - δ, θ6 = 0"
 
 
 @lru_cache(maxsize=64)

@@ -15,6 +15,8 @@ from ..arm.chain import unsupported as chain_lacks
 from ..arm.joint_map import to_theta
 from ..arm.offset import OffsetArm
 from ..arm.offset import unsupported as offset_lacks
+from ..arm.offset_chain import OffsetChainArm
+from ..arm.offset_chain import unsupported as offset_chain_lacks
 from ..errors import InputError, UnreachableError
 from ..status import Status
 from .curves import AnyCurve, Curve, OffsetCurve
@@ -46,7 +48,9 @@ def check_step(arm: Arm, roll: object, carry: object, policy: object, allowed: o
 
 
 def check_plan(arm: Arm, scene: object) -> None:
-    """Raise if the kind of arm has no plans among obstacles that move."""
+    """Raise if the kind of arm has no plans among obstacles, or none among those that move."""
+    if isinstance(arm, OffsetChainArm) and not (scene is None and arm.scene is None):
+        raise offset_chain_lacks("plan with a scene", "follow keeps clear of it, step by step")
     if not isinstance(arm, OffsetArm) and arm.geometry.chain is not None and callable(scene):
         raise chain_lacks("plan with a scene that moves", "follow, which takes one for each row")
 

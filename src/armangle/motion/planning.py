@@ -225,7 +225,7 @@ def plan(
     SceneError
         If the arm has no collision model, or the scene names an unknown link.
     UnsupportedError
-        For a nearly S-R-S arm on its own chain if obstacles move.
+        For an arm on its own chain if obstacles move; with an offset wrist or shoulder, with any scene.
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
