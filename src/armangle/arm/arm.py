@@ -182,9 +182,10 @@ class Arm(FrozenValue):
         Obstacles that every query, step, plan and tracker of this arm avoids; needs `body` or `hand`.
     singularity_margin : float
         Margin to singularities for every query, step and plan, and a wish for a tracker: |sin θ2|, |sin θ6|,
-        |sin(θ4 - δ)| >= sin(margin); rad, in [0, 1.5]. An offset wrist has none for θ6, an offset shoulder none for θ2: if
-        its free joint is held, the other six are singular where the two remaining sines are 0, and at folds,
-        which end an interval and keep no margin (at a fold one value of θ6 makes all seven singular). An arm on its own chain with an offset has no margin.
+        |sin(θ4 - δ)| >= sin(margin); rad, in [0, 1.5]. An offset wrist has none for θ6, an offset shoulder
+        none for θ2: if its free joint is held, the other six are singular where the two remaining sines are
+        0, and at folds, which end an interval and keep no margin (at a fold one value of θ6 makes all seven
+        singular). An arm on its own chain with an offset has no margin.
     joint_names : sequence of 7 str, optional
         Names of the joints, as files have them.
     notes : str or sequence of str, optional
