@@ -20,7 +20,8 @@ using namespace armangle;
 /// count per set; for each arc its two ends as angle, joint, side and value in q; status per set. With a
 /// scene also, for each end, the pair of obstacle and link that causes it, and per set a pair that blocks it,
 /// if one is known, and whether narrow arcs may be missing.
-using ArcColumns = nb::typed<nb::tuple, Ints, Floats, Codes, Codes, Floats, Codes, nb::object, nb::object>;
+using ArcColumns =
+    nb::typed<nb::tuple, Ints, Floats, Codes, Codes, Floats, Codes, nb::object, nb::object, nb::object>;
 
 /// Moves values into a NumPy array with this number of columns, without a copy.
 template <class T>

@@ -129,10 +129,10 @@ def test_free_is_lighter_and_wider_than_whatever_blocks() -> None:
 def test_virtual_arm_shows_both_elbows_and_psi() -> None:
     """`plots.virtual_arm` draws the real and virtual arm, both elbows and psi."""
     ax = plots.virtual_arm(IIWA, PAPER_Q)
-    assert {"real arm", "virtual arm (θ3 = 0)", "ψ = 58.6°", "half-plane ψ = 0"} <= _labels(ax)
+    assert {"real arm", "virtual arm (ψ = 0)", "ψ = 58.6°", "half-plane ψ = 0"} <= _labels(ax)
     lines = {line.get_label(): np.array(line.get_data_3d()).T for line in ax.lines}
     virtual = IIWA.frames(IIWA.inverse(POSE, 0.0, GC, limits=False))
-    np.testing.assert_allclose(lines["virtual arm (θ3 = 0)"][3], virtual[3, :3, 3], atol=1e-12)
+    np.testing.assert_allclose(lines["virtual arm (ψ = 0)"][3], virtual[3, :3, 3], atol=1e-12)
     assert {text.get_text() for text in ax.texts} == {"S", "W", "E", "Eᵛ"}
 
 

@@ -64,7 +64,7 @@ def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
     axis = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
     centre = shoulder + axis * (axis @ (elbow - shoulder))
     _half_plane(space, shoulder, wrist, elbow - centre)
-    draw_sticks(space, virtual, SKY, lw=4, label="virtual arm (θ3 = 0)")
+    draw_sticks(space, virtual, SKY, lw=4, label="virtual arm (ψ = 0)")
     draw_sticks(space, real, MID, lw=5, label="real arm")
     circle = elbow_points(arm, pose, int(gc), np.linspace(-np.pi, np.pi, _SAMPLES))
     space.plot(*circle.T, color=BLACK, lw=0.9, ls="--", label="elbow circle")
