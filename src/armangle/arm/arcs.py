@@ -454,7 +454,7 @@ class ArcSet:
             ) from None
         return index.shape, index.ravel(), np.ascontiguousarray(angles).ravel()
 
-    def __contains__(self, psi: float) -> bool:
+    def __contains__(self, psi: ArrayLike) -> bool:
         self._need_one("in")
         return bool(self.contains(psi))
 
