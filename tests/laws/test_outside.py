@@ -197,6 +197,7 @@ def test_an_offset_arm_out_of_reach_is_drawn_to_its_edge(arm: aa.Arm) -> None:
     assert np.abs(moves - edge)[held & stretched].max() < 1e-6
 
 
+@pytest.mark.turns(2)
 def test_batches_threads_and_seeds(any_arm: aa.Arm) -> None:
     """`solve(fallback="nearest_pose")` is the same one by one, many and in threads, and states distance and
     gap.

@@ -26,8 +26,8 @@ READY = [0.1, -0.6, 0.2, -2.2, 0.1, 1.9, 0.7]
 @cache
 def planned(name: str) -> list[aa.JointPath]:
     """Return plans of lines of 0.4 m that a dense search can follow."""
-    arm = named(name)
-    lines = [line for _, line in straight_lines(arm, 16, 0.4, seed=2) if can_follow(arm, line.pose(EVEN))]
+    arm, count = named(name), 16 if name in ARMS else 8  # a plan of an own chain takes 20 times as long
+    lines = [line for _, line in straight_lines(arm, count, 0.4, seed=2) if can_follow(arm, line.pose(EVEN))]
     return [aa.plan(arm, line) for line in lines]
 
 
@@ -44,7 +44,7 @@ def turned() -> aa.JointPath:
 def test_what_a_dense_search_can_follow_is_planned_and_proven(name: str) -> None:
     """`plan` certifies all paths of an offset arm that a dense search can follow."""
     paths = planned(name)
-    assert len(paths) >= 5
+    assert len(paths) >= (5 if name in ARMS else 3)
     assert all(path.ok and path.certified and not len(path.uncertified) for path in paths)
 
 
@@ -65,6 +65,7 @@ def test_what_is_certified_holds_between_the_rows(name: str) -> None:
         np.testing.assert_allclose(path.at(path.s).q, path.q, rtol=0, atol=1e-12)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", EVERY)
 def test_its_derivatives_are_differences_and_do_not_leap(name: str) -> None:
     """A plan's derivatives equal finite differences, and the first two are continuous at its knots."""
