@@ -188,12 +188,12 @@ ARMANGLE_INLINE SevenEquations<T> seven_equations(const ChainArm& arm, const Pos
         const Vec3<T>& axis = frame[i].rotation.z;
         out.column[i].wrist = cross(axis, wrist - frame[i].position) * per_reach;
         out.column[i].turn = axis;
-        if constexpr (enclosing<T>) {
-            const Mat3<T>&a = now.rotation, &b = pose.rotation;
-            const T trace = dot(a.x, b.x) + dot(a.y, b.y) + dot(a.z, b.z);
-            out.column[i].turn = turn_slope(a, b, trace, axis);
-        }
         out.column[i].psi = i < 3 ? dot(plane.across, cross(nominal_axis[i], z_3)) : zero;
+    }
+    if constexpr (enclosing<T>) {
+        const Mat3<T>&a = now.rotation, &b = pose.rotation;
+        const T trace = trace_between(a, b);
+        for (auto& column : out.column) column.turn = turn_slope(a, b, trace, column.turn);
     }
     return out;
 }

@@ -19,6 +19,12 @@ Vec3<T> rodrigues(const Vec3<T>& v, const Vec3<T>& across, const Vec3<T>& along,
 
 }  // namespace detail
 
+/// The trace of the rotation from one frame to another: above 1 within a right angle.
+template <class T>
+T trace_between(const Mat3<T>& a, const Mat3<T>& b) noexcept {
+    return dot(a.x, b.x) + dot(a.y, b.y) + dot(a.z, b.z);
+}
+
 /// Rotates a constant vector v around a unit axis by an angle (sine and cosine).
 template <class T>
 Vec3<T> rotated(const Vec3<double>& v, const Vec3<double>& axis, const SinCos<T>& sc) noexcept {

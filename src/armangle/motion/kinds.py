@@ -55,11 +55,6 @@ def check_plan(arm: Arm, scene: object) -> None:
         raise chain_lacks("plan with a scene that moves", "follow, which takes one for each row")
 
 
-def planned_arm(arm: Arm) -> Arm:
-    """Return the arm for which a plan's obstacles are prepared: of a nearly S-R-S arm the nominal one."""
-    return arm if isinstance(arm, OffsetArm) else arm._nominal
-
-
 def branches_of(arm: Arm, q: Floats, gc: Ints) -> Ints:
     """Return the branch of each row; if θ2 or θ6 is 0 and two coincide, that of neighbouring rows."""
     if isinstance(arm, OffsetArm):

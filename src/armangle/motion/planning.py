@@ -36,7 +36,7 @@ from ..scenes.scene import Scene, no_scene
 from ..status import Status
 from .curves import Curve
 from .joint_path import ROW_STEP, JointPath, blank_rows, even_parameters, rows_between
-from .kinds import check_plan, planned_arm
+from .kinds import check_plan
 from .options import free_roll, positive
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
@@ -266,12 +266,12 @@ def plan(
             return best_planned(arm, whole, first, last, planned_rolled, tell)
         weights = _weights(arm, objective)
         standing, more = _standing(arm.scene, scene, obstacle_speed)
-        along, truth = ready_each(planned_arm(arm), _kept_off(standing, more)), None
+        along, truth = ready_each(arm._nominal, _kept_off(standing, more)), None
         if arm.geometry.chain is not None and along:
             truth = arm._needed(arm.scene).handle
         handle, last_joint = _with_roll(arm, roll, first, last, scene or arm.scene, kept)
         wished, asked = _wished(psi), _asked(allowed, whole)
-        calm = ready_each(planned_arm(arm), _kept_off(standing, more, soft=True))
+        calm = ready_each(arm._nominal, _kept_off(standing, more, soft=True))
 
         def planned(along: list[Ready], first: Floats | None, last: Floats | None, tell: Progress) -> Any:
             """Return the core's plan for these scenes and ends."""

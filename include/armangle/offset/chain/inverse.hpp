@@ -5,6 +5,7 @@
 // the chain grows from the nominal one in steps and its posture with it.
 #pragma once
 
+#include "../../numbers/rotations.hpp"
 #include "offset_chain.hpp"
 
 #include "../../names/begin.hpp"
@@ -97,12 +98,6 @@ Pose<T> six_equations(const OffsetChain& arm, const Pose<T>& flange, const SinCo
     return now;
 }
 
-/// The trace of the rotation from one frame to another: above 1 within a right angle.
-template <class T>
-T upright(const Mat3<T>& a, const Mat3<T>& b) noexcept {
-    return dot(a.x, b.x) + dot(a.y, b.y) + dot(a.z, b.z);
-}
-
 /// Writes the inverse of the first six columns to `inverse`, by elimination with pivots; false if one is too
 /// small.
 inline bool invert_six(const double (&columns)[6][7], double (&inverse)[6][6]) noexcept {
@@ -166,7 +161,8 @@ inline void solve_on_pose(const OffsetChain& arm, const Pose<double>& flange, in
         const Pose<double> now = six_equations(arm, flange, at.angle, held, a);
         at.left =
             norm(Vec3<double>{a[0][6], a[1][6], a[2][6]}) + norm(Vec3<double>{a[3][6], a[4][6], a[5][6]});
-        if (!(upright(now.rotation, flange.rotation) > 1.0)) at.left = infinity;  // farther it looks nearer
+        if (!(trace_between(now.rotation, flange.rotation) > 1.0))
+            at.left = infinity;  // farther it looks nearer
         const bool no_nearer = at.left <= tuning.residual && !(at.left < before);
         if (at.left <= tuning.settled || no_nearer || !(at.left < infinity)) return;
         before = at.left;

@@ -34,7 +34,7 @@ SevenEquations<T> free_joint_equations(const OffsetChain& arm, const Pose<T>& po
         frame[k + 1] = turned_about_z(frame[k], angle[k]) * spread<T>(arm.link[k + 1]);
     const Pose<T>& now = frame[joints];
     const Mat3<T>&a = now.rotation, &b = pose.rotation;
-    const T per_reach(1.0 / arm.nominal.rest.reach), half(0.5), trace = upright(a, b);
+    const T per_reach(1.0 / arm.nominal.rest.reach), half(0.5), trace = trace_between(a, b);
     const int held = robot_joint(arm, 6);
     SevenEquations<T> out;
     out.left.wrist = (pose.position - now.position) * per_reach;
