@@ -26,6 +26,7 @@ file.write_text(text)
 
 arm = aa.Arm.from_urdf(file)
 report = arm.report
+assert report is not None  # an arm of the catalogue has none
 has = arm.geometry
 lengths = has.d_bs, has.d_se, has.d_ew, has.d_wf
 print(f"{report.base} to {report.tip}: lengths {lengths} m, signs {has.signs}")

@@ -26,6 +26,13 @@ from .errors import (
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+# One value of one pose, an array of a batch. Type checkers cannot know which, and would refuse what only one
+# of the two has, such as `round(distance, 3)` and `psi[0]`.
+FloatOrArray = Any
+IntOrArray = Any
+BoolOrArray = Any
+StatusOrArray = Any
+NameOrArray = Any
 Shape = tuple[int, ...]
 AnyHandle = _core.Arm | _core.ChainArm | _core.OffsetArm | _core.OffsetChain
 

@@ -26,7 +26,9 @@ from numpy.typing import ArrayLike
 
 from ._arrays import (
     JOINTS,
+    FloatOrArray,
     Floats,
+    IntOrArray,
     Ints,
     as_codes,
     as_floats,
@@ -95,7 +97,7 @@ def _codes(arm: Arm, q: ArrayLike) -> Ints:
     return out
 
 
-def status(arm: Arm, q: ArrayLike) -> Ints | np.int64:
+def status(arm: Arm, q: ArrayLike) -> IntOrArray:
     """Return the Status of joints: +1 wrist behind axis 1, +2 A4 < 0, +4 A6 < 0.
 
     Parameters
@@ -115,7 +117,7 @@ def status(arm: Arm, q: ArrayLike) -> Ints | np.int64:
     return _codes(arm, q)[..., 0][()]
 
 
-def turn(arm: Arm, q: ArrayLike) -> Ints | np.int64:
+def turn(arm: Arm, q: ArrayLike) -> IntOrArray:
     """Return the Turn of joints: bit i - 1 is set if axis i is negative.
 
     Parameters, errors and shape as for `status`.
@@ -123,7 +125,7 @@ def turn(arm: Arm, q: ArrayLike) -> Ints | np.int64:
     return _codes(arm, q)[..., 1][()]
 
 
-def to_e1(arm: Arm, q: ArrayLike) -> Floats | np.float64:
+def to_e1(arm: Arm, q: ArrayLike) -> FloatOrArray:
     """Return E1 of joints: the value of A3, rad.
 
     Parameters

@@ -149,9 +149,10 @@ CPP = (
     "benchmarks/cpp",
 )  # fmt: skip
 SOURCES = sorted(str(path) for folder in CPP for path in ROOT.glob(f"{folder}/*.[ch]pp"))
+EXAMPLES = sorted(str(path) for path in ROOT.glob("examples/**/*.py"))  # as the programs of users are checked
 LINT = {
     "ruff": ["ruff", "check", "."],
-    "mypy": ["mypy", "--strict", "src"],
+    "mypy": ["mypy", "--strict", "src", *EXAMPLES],
     "clang-format": ["clang-format", "--dry-run", "--Werror", *SOURCES],
 }
 

@@ -11,7 +11,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen, hint_degrees, shaped_if_empty
+from .._arrays import (
+    BoolOrArray,
+    FloatOrArray,
+    Floats,
+    IntOrArray,
+    Ints,
+    Shape,
+    StatusOrArray,
+    as_floats,
+    check_angles,
+    frozen,
+    hint_degrees,
+    shaped_if_empty,
+)
 from .._core import SetOperation, Side
 from .._values import without_truth
 from ..errors import InputError
@@ -289,17 +302,17 @@ class ArcSet:
     # -- properties of a set ----------------------------------------------------------------------
 
     @property
-    def count(self) -> Ints | np.int64:
+    def count(self) -> IntOrArray:
         """Number of arcs, int64 of the set's shape."""
         return self._count.reshape(self.shape)[()]
 
     @property
-    def status(self) -> NDArray[np.int8] | Status:
+    def status(self) -> StatusOrArray:
         """Why a set is empty: a `Status` for shape (), int8 codes of the set's shape for a batch."""
         return self._status.reshape(self.shape) if self.shape else STATUSES[self._status[0]]
 
     @property
-    def unproven(self) -> Floats | np.float64:
+    def unproven(self) -> FloatOrArray:
         """Length of the circle that is left out because nothing is proven of it, rad, of the set's shape.
 
         0 for an arm that is exactly S-R-S. Branches of an own chain merge near singularities, and what
@@ -319,7 +332,7 @@ class ArcSet:
         return _nested([self._named(int(code)) for code in codes], self.shape)
 
     @property
-    def coarse(self) -> NDArray[np.bool_] | np.bool_:
+    def coarse(self) -> BoolOrArray:
         """Whether obstacles leave more arcs than a set can hold, bool of the set's shape.
 
         The narrowest are then missing: the set is collision-free, but not complete.
@@ -332,24 +345,24 @@ class ArcSet:
         return self._names[code] if code >= 0 else None
 
     @property
-    def ok(self) -> NDArray[np.bool_] | np.bool_:
+    def ok(self) -> BoolOrArray:
         """Whether there is an interval, bool of the set's shape."""
         return ~self.is_empty
 
     @property
-    def is_empty(self) -> NDArray[np.bool_] | np.bool_:
+    def is_empty(self) -> BoolOrArray:
         """Whether there is no arc, bool of the set's shape."""
         empty: NDArray[np.bool_] = (self._count == 0).reshape(self.shape)
         return empty[()]
 
     @property
-    def is_full(self) -> NDArray[np.bool_] | np.bool_:
+    def is_full(self) -> BoolOrArray:
         """Whether the set is the whole circle, bool of the set's shape."""
         full: NDArray[np.bool_] = self._measure() >= 2 * np.pi - _core.ANGLE_TOLERANCE
         return full.reshape(self.shape)[()]
 
     @property
-    def measure(self) -> Floats | np.float64:
+    def measure(self) -> FloatOrArray:
         """Total length of the arcs in rad, float64 of the set's shape."""
         return self._measure().reshape(self.shape)[()]
 
@@ -391,7 +404,7 @@ class ArcSet:
 
     # -- queries -----------------------------------------------------------------------------------------
 
-    def contains(self, psi: ArrayLike) -> NDArray[np.bool_] | np.bool_:
+    def contains(self, psi: ArrayLike) -> BoolOrArray:
         """Return whether arm angles are in the sets, within 1e-9 rad.
 
         Parameters
@@ -411,7 +424,7 @@ class ArcSet:
         inside: NDArray[np.bool_] = self._query(psi, False) != 0
         return inside[()]
 
-    def nearest(self, psi: ArrayLike) -> Floats | np.float64:
+    def nearest(self, psi: ArrayLike) -> FloatOrArray:
         """Return the nearest arm angle in the sets.
 
         Parameters

@@ -15,8 +15,10 @@ from .._arrays import (
     CONFIGURATIONS,
     JOINTS,
     MILLIMETRES,
+    BoolOrArray,
+    FloatOrArray,
     Floats,
-    Ints,
+    IntOrArray,
     PathLike,
     Shape,
     as_flag,
@@ -733,7 +735,7 @@ class Arm(FrozenValue):
 
     def forward(
         self, q: ArrayLike, *, on_error: OnError = "raise"
-    ) -> tuple[Floats, Floats | np.float64, Ints | np.int64]:
+    ) -> tuple[Floats, FloatOrArray, IntOrArray]:
         """Return pose, arm angle and global configuration of joint values.
 
         Parameters
@@ -970,7 +972,7 @@ class Arm(FrozenValue):
         *,
         direction: Direction | None = None,
         on_error: OnError = "raise",
-    ) -> Floats | np.float64:
+    ) -> FloatOrArray:
         """Return the arm angle that brings the elbow nearest to a point, or farthest along a direction.
 
         In closed form: the elbow is on a circle about the axis shoulder-wrist. Limits are ignored: the
@@ -1077,7 +1079,7 @@ class Arm(FrozenValue):
 
     # -- limits --------------------------------------------------------------------------------------
 
-    def limit_margin(self, q: ArrayLike) -> Floats | np.float64:
+    def limit_margin(self, q: ArrayLike) -> FloatOrArray:
         """Return the distance to the nearest joint limit.
 
         Parameters
@@ -1099,7 +1101,7 @@ class Arm(FrozenValue):
         self._handle.limit_margin_many(joints, out)
         return out[()]
 
-    def within_limits(self, q: ArrayLike, tol: float = _core.ANGLE_TOLERANCE) -> NDArray[np.bool_] | np.bool_:
+    def within_limits(self, q: ArrayLike, tol: float = _core.ANGLE_TOLERANCE) -> BoolOrArray:
         """Return whether all joints are within their limits.
 
         Parameters
@@ -1328,7 +1330,7 @@ class Arm(FrozenValue):
         arcs = self._arcs(pose, gc, Wanted.SOFT, (), scene)
         return arcs._count, arcs._psi
 
-    def reachable(self, pose: ArrayLike) -> NDArray[np.bool_] | np.bool_:
+    def reachable(self, pose: ArrayLike) -> BoolOrArray:
         """Return whether any branch and arm angle reaches a pose within the limits and `singularity_margin`.
 
         Exact, in closed form, for an S-R-S arm, in less than a microsecond a pose of a batch. An own chain

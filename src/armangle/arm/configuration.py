@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import CONFIGURATIONS, Ints, as_codes
+from .._arrays import CONFIGURATIONS, IntOrArray, Ints, as_codes
 from ..errors import InputError
 
 _BITS = np.array([1, 2, 4], dtype=np.int64)
@@ -40,7 +40,7 @@ def gc_signs(gc: ArrayLike) -> Ints:
     return np.where(index[..., None] & _BITS, -1, 1)
 
 
-def gc_index(signs: ArrayLike) -> Ints | np.int64:
+def gc_index(signs: ArrayLike) -> IntOrArray:
     """Return the global configuration index of signs (GC_2, GC_4, GC_6).
 
     Parameters

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .._arrays import Floats
+from .._arrays import BoolOrArray, FloatOrArray, IntOrArray, StatusOrArray
 from .._values import by_content
-from ..status import Status
 
 
 @by_content
@@ -24,14 +22,14 @@ class Freedom(NamedTuple):
     two joints about one axis share their turn differently from `Arm.inverse`.
     """
 
-    gc: np.uint8 | NDArray[np.uint8]
-    total: np.float64 | Floats
-    widest: np.float64 | Floats
-    arcs: np.uint8 | NDArray[np.uint8]
-    status: Status | NDArray[np.int8]
+    gc: IntOrArray
+    total: FloatOrArray
+    widest: FloatOrArray
+    arcs: IntOrArray
+    status: StatusOrArray
 
     @property
-    def ok(self) -> bool | NDArray[np.bool_]:
+    def ok(self) -> BoolOrArray:
         """Whether any branch reaches the pose, shape (...)."""
         held = np.asarray(self.gc) != 0
         return held if held.ndim else bool(held)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, as_floats, check_angles
+from .._arrays import FloatOrArray, Floats, as_floats, check_angles
 from .._values import by_content
 
 Kind = Literal["stationary", "monotonic", "singular", "constant"]
@@ -43,7 +43,7 @@ class JointFunction:
     def __reduce__(self) -> tuple[Any, ...]:
         return _remade, (*self._of, self.joint)
 
-    def value(self, psi: ArrayLike) -> Floats | np.float64:
+    def value(self, psi: ArrayLike) -> FloatOrArray:
         """Return the joint value, as `Arm.inverse` returns it without a seed.
 
         Parameters
@@ -64,7 +64,7 @@ class JointFunction:
         """
         return self._map(psi, self._handle.value)
 
-    def derivative(self, psi: ArrayLike) -> Floats | np.float64:
+    def derivative(self, psi: ArrayLike) -> FloatOrArray:
         """Return dq/dψ.
 
         Parameters
@@ -85,7 +85,7 @@ class JointFunction:
         """
         return self._map(psi, self._handle.derivative)
 
-    def _map(self, psi: ArrayLike, function: Any) -> Floats | np.float64:
+    def _map(self, psi: ArrayLike, function: Any) -> FloatOrArray:
         """Return a function of the core, value or derivative, at each arm angle."""
         angles = as_floats("psi", psi)
         check_angles("psi", angles)

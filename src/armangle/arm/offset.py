@@ -13,7 +13,9 @@ from .._arrays import (
     CONFIGURATIONS,
     JOINTS,
     MILLIMETRES,
+    FloatOrArray,
     Floats,
+    IntOrArray,
     Ints,
     Shape,
     as_codes,
@@ -167,7 +169,7 @@ class OffsetArm(Arm):
 
     def forward(
         self, q: ArrayLike, *, on_error: OnError = "raise"
-    ) -> tuple[Floats, Floats | np.float64, Ints | np.int64]:
+    ) -> tuple[Floats, FloatOrArray, IntOrArray]:
         """See `Arm.forward`: psi is the value of the free joint as an angle, and always exists."""
         chosen("on_error", on_error, ON_ERROR)
         joints = as_floats("q", q, (JOINTS,))

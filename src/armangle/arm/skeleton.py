@@ -98,10 +98,12 @@ def blockers(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArr
     """
     each = arm.feasible(poses, gc, per_joint=True)
     angles = as_floats("psi", psi)[..., None]
-    blocked = np.logical_not(each.contains(angles))
+    blocked: NDArray[np.bool_] = np.logical_not(each.contains(angles))
     if arm.kind == "srs":
         return blocked
-    return blocked & ~arm._left_out(poses, gc, Wanted.JOINTS).contains(angles)
+    unproven = arm._left_out(poses, gc, Wanted.JOINTS).contains(angles)
+    blocked &= np.logical_not(unproven)
+    return blocked
 
 
 def unproven(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArray[np.bool_]:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import JOINTS, Floats, Ints, frozen
+from .._arrays import JOINTS, BoolOrArray, FloatOrArray, Floats, IntOrArray, Ints, StatusOrArray, frozen
 from .._values import by_content
 from ..errors import CollisionError, InputError, LimitError, NoSolutionError, UnreachableError
 from ..status import STATUSES, Status, is_solved
@@ -43,16 +43,16 @@ class Solution(NamedTuple):
     """
 
     q: Floats
-    psi: float | Floats
-    gc: int | Ints
-    distance: float | Floats
-    status: Status | NDArray[np.int8]
-    margin: float | Floats
-    gap: float | Floats
+    psi: FloatOrArray
+    gc: IntOrArray
+    distance: FloatOrArray
+    status: StatusOrArray
+    margin: FloatOrArray
+    gap: FloatOrArray
     pose: Floats
 
     @property
-    def ok(self) -> bool | NDArray[np.bool_]:
+    def ok(self) -> BoolOrArray:
         """Whether there is a solution, shape (...)."""
         found = is_solved(self.status)
         return found if found.ndim else bool(found)
@@ -179,11 +179,11 @@ class Solutions:
         self.distance: Floats = table(distance, np.nan)
         self.margin: Floats = table(margin, np.nan)
         counts, codes = count.reshape(shape), status.reshape(shape)
-        self.count: int | Ints = frozen(counts) if shape else int(counts)
-        self.status: Status | NDArray[np.int8] = frozen(codes) if shape else STATUSES[int(codes)]
+        self.count: IntOrArray = frozen(counts) if shape else int(counts)
+        self.status: StatusOrArray = frozen(codes) if shape else STATUSES[int(codes)]
 
     @property
-    def ok(self) -> bool | NDArray[np.bool_]:
+    def ok(self) -> BoolOrArray:
         """Whether there is a solution, shape (...)."""
         found = np.asarray(self.count) > 0
         return found if found.ndim else bool(found)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, Ints, as_floats, as_number, chosen
+from .._arrays import JOINTS, FloatOrArray, Floats, IntOrArray, Ints, as_floats, as_number, chosen
 from .._values import by_content, freeze
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
@@ -58,8 +58,8 @@ class PathPoint(NamedTuple):
     """
 
     q: Floats
-    psi: Floats | np.float64
-    gc: Ints | np.int64
+    psi: FloatOrArray
+    gc: IntOrArray
     pose: Floats
 
 

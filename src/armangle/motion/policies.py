@@ -38,15 +38,22 @@ def _gain(rate: float, dt: float | None) -> float:
     return float(_core.gain(rate, dt))
 
 
-class _Rule:
-    """A policy's value is its arguments: copies, pickles and the core's object are made from them."""
+class Policy:
+    """What chooses the next arm angle: `Repulsion`, `Hold`, `Centre` or `Towards`.
+
+    Its value is its arguments: copies, pickles and the core's object are made from them.
+    """
+
+    def _native(self, dt: float | None) -> Any:
+        """Return the core's policy for a step of `dt` s."""
+        raise NotImplementedError
 
     def __reduce__(self) -> tuple[Any, ...]:
         named = fields(self)  # type: ignore[arg-type]  # of the dataclasses below
         return type(self), tuple(getattr(self, f.name) for f in named if f.init)
 
 
-class _Rated(_Rule):
+class _Rated(Policy):
     """A policy with a strength K per step, or a rate per second."""
 
     K: float
@@ -114,7 +121,7 @@ class Repulsion(_Rated):
 
 
 @dataclass(frozen=True)
-class Hold(_Rule):
+class Hold(Policy):
     """Keeps the arm angle constant while it is feasible.
 
     Parameters
@@ -256,5 +263,4 @@ class Towards(_Rated):
         return _core.Policy.towards(kind, psi, target, K, _OUTSIDE[self.outside])
 
 
-Policy = Repulsion | Hold | Centre | Towards
 POLICIES = (Repulsion, Hold, Centre, Towards)

@@ -6,12 +6,15 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import (
     JOINTS,
+    BoolOrArray,
+    FloatOrArray,
     Floats,
+    StatusOrArray,
     as_floats,
     as_gc,
     as_poses,
@@ -51,11 +54,11 @@ _JUMP = Status.JOINT_JUMP
 class Resolution(NamedTuple):
     """The next arm angle: ``psi`` in (-π, π], rad, shape (...), and its status (codes for a batch)."""
 
-    psi: Floats | np.float64
-    status: NDArray[np.int8] | Status
+    psi: FloatOrArray
+    status: StatusOrArray
 
     @property
-    def ok(self) -> bool | NDArray[np.bool_]:
+    def ok(self) -> BoolOrArray:
         """Whether there is a next arm angle, shape (...); a bool for one pose."""
         found = is_solved(self.status)
         return found if found.ndim else bool(found)

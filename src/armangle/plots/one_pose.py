@@ -191,7 +191,7 @@ def _dress_circle(polar: Any, radius: float, gc: int, every: ArcSet, feasible: A
     polar.text(0, 0, text, ha="center", va="center", fontsize=9)
     title = "redundancy circle, ψ in degrees"
     if not every.count:
-        title += f"\n{every.status.sentence}"  # type: ignore[union-attr]  # of one pose: a Status
+        title += f"\n{every.status.sentence}"
     if every.unproven > 0:
         title += f"\n{np.degrees(every.unproven):.1f}° not proven"
     polar.set_title(title, fontsize=10)

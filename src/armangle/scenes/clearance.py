@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .._arrays import Floats, Ints, frozen
+from .._arrays import FloatOrArray, Floats, Ints, NameOrArray, frozen
 from .._values import by_content
 from .ready import Ready
 
@@ -24,10 +23,10 @@ class Clearance(NamedTuple):
     pair.
     """
 
-    distance: float | Floats
-    obstacle: str | NDArray[np.object_] | None
-    link: str | NDArray[np.object_] | None
-    psi_rate: float | Floats
+    distance: FloatOrArray
+    obstacle: NameOrArray
+    link: NameOrArray
+    psi_rate: FloatOrArray
     points: Floats
 
 
@@ -59,5 +58,5 @@ class Widest(NamedTuple):
     """
 
     arcs: Any
-    psi: float | Floats
+    psi: FloatOrArray
     nearest: Clearance

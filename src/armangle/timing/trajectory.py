@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, as_floats
+from .._arrays import FloatOrArray, Floats, as_floats
 from .._values import by_content, freeze
 from ..errors import InputError
 from ..motion.joint_path import SAID
@@ -157,7 +157,7 @@ _SLACK = 1e-12
 class TrajectoryPoint(NamedTuple):
     """Values of a trajectory at t: ``s (...)``, ``q, qd, qdd (..., 7)`` in rad, rad/s, rad/s²."""
 
-    s: Floats | np.float64
+    s: FloatOrArray
     q: Floats
     qd: Floats
     qdd: Floats

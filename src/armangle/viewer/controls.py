@@ -101,7 +101,7 @@ class Controls:
     def _add_arm_angle(self) -> None:
         """Add the folder of the arm angle: slider, policy and its numbers."""
         policy = self._state.policy
-        gain = 0.1 if policy is None or isinstance(policy, Hold) else float(policy.K)
+        gain = float(policy.K) if isinstance(policy, Repulsion | Centre | Towards) else 0.1
         alpha = float(policy.alpha) if isinstance(policy, Repulsion) else Repulsion().alpha
         self._wish = policy if isinstance(policy, Towards) else Towards(direction="up")
         redundancy = self._state.arm.redundancy.replace("_", " ").capitalize()

@@ -257,7 +257,7 @@ class ViewerState:
         if not np.isfinite(angle):
             raise InputError(f"psi is {angle}, wanted a finite angle in rad")
         if self.arcs.is_empty:
-            return self._say(False, self.arcs.status.sentence)  # type: ignore[union-attr]  # of one pose: a Status
+            return self._say(False, self.arcs.status.sentence)
         if angle in self.arcs:
             self._turn_to(angle)
             return self._say(True, "")
