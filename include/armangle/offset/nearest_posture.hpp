@@ -18,8 +18,8 @@
 
 #include "../scene/clear_cells.hpp"
 #include "offset_joint_search.hpp"
-#include "cost_cells.hpp"
 #include "feasible.hpp"
+#include "offset_posture_costs.hpp"
 #include "straight_cells.hpp"
 
 #include "../names/begin.hpp"
@@ -51,14 +51,12 @@ struct OffsetCostTuning {
 namespace detail {
 
 /// The search for the nearest posture of one pose. Options are in the order of the formulas.
-class OffsetNearestSearch : OffsetCosts {
+class OffsetNearestSearch : OffsetPostureCosts {
 public:
     /// Keeps references to its arguments; options are in the order of the formulas, `scene` may be null.
     OffsetNearestSearch(const OffsetArm& arm, const Pose<double>& exact, const NearestOptions& in_order,
                         const Scene* scene, const OffsetCostTuning& tuning) noexcept
-        : OffsetCosts(arm.rest, in_order),
-          offset_(arm),
-          pose_(exact),
+        : OffsetPostureCosts(arm, exact, in_order),
           tuning_(tuning),
           scene_(scene),
           joint_search_(arm, exact, in_order) {
@@ -150,52 +148,11 @@ private:
         return best_;
     }
 
-    // -- postures
-
-    /// Writes the joints at a value of the free joint (rad) to q, in the order of the formulas, each with its
-    /// cheapest multiple of 2 pi. There must be a solution.
-    void joints_at(const OffsetCells& cells, double free, double* q) const noexcept {
-        double theta[joint_slots];
-        cells.at(free, theta);
-        for (int j = 0; j < joints; ++j) q[j] = turned(j, theta[j]);
-    }
-    /// The value of joint j (0..6) at theta, within its limits and with the cheapest multiple of 2 pi.
-    double turned(int j, double theta) const noexcept {
-        const JointCost& c = joint_[j];
-        return to_q(theta, c.sign, c.offset, c.lower, c.upper, c.near);
-    }
-    /// The cost of all joints.
-    double cost_of_all(const double* q) const noexcept {
-        double sum = cost_of(joint_[0], q[0] - joint_[0].near);
-        for (int j = 1; j < joints; ++j) sum = both(sum, cost_of(joint_[j], q[j] - joint_[j].near));
-        return sum;
-    }
-    /// The cost of the posture at a value of the free joint.
-    double cost_at(const OffsetCells& cells, double free) const noexcept {
-        double q[joint_slots];
-        joints_at(cells, free, q);
-        return cost_of_all(q);
-    }
-    /// The cost as a sum of squares, with two derivatives by the free joint.
-    Jet<double, 2> squares_at(const OffsetCells& cells, double free) const noexcept {
-        using J = Jet<double, 2>;
-        J theta[joints];
-        J sum(0.0);
-        cells.at(free, theta);
-        for (int j = 0; j < joints; ++j) {
-            J off = J(joint_[j].sign) * theta[j];
-            off.coefficient[0] = turned(j, theta[j].value()) - joint_[j].near;
-            sum = sum + J(joint_[j].weight) * (off * off);
-        }
-        return sum;
-    }
-
     /// If the seed itself solves the pose within limits, permitted arcs and scene, writes it to `out` as the
     /// solution, since it costs nothing. Otherwise returns false and leaves `out` unchanged.
     bool keep_near(Nearest& out) noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
-        Joints near{};
-        for (int j = 0; j < joints; ++j) near.q[robot_joint(offset_, j)] = options_.near[j];
+        const Joints near = robot_order(options_.near);
         if (!armangle::is_kept(offset_, near.q, 0.0)) return false;
         const OffsetPosture here = forward(offset_, near.q);
         if (!is_asked(here.gc) || !same_pose(offset_.own.size, pose_, here.pose)) return false;
@@ -211,8 +168,7 @@ private:
     /// there is none, in the others.
     void find_candidate() noexcept {
         if (!options_.near || options_.metric == Metric::margin) return;
-        Joints near{};
-        for (int j = 0; j < joints; ++j) near.q[robot_joint(offset_, j)] = options_.near[j];
+        const Joints near = robot_order(options_.near);
         const int own = forward(offset_, near.q).gc;
         try_branch(own);
         for (int gc = 0; gc < configurations && gc_ < 0; ++gc)
@@ -254,37 +210,16 @@ private:
         gc_ = gc;
         arc_ = {from, from, 0, 0};
     }
-    /// The costs of eight postures of a branch; infinite without one within the limits.
-    Boxes costs_within(const OffsetMotion<>& m, const Boxes& free) const noexcept {
-        const SinCos<Boxes> theta_7 = sin_cos(to_theta(free, Boxes(joint_[6].sign), Boxes(joint_[6].offset)));
-        const OffsetWrist<Boxes> wrist = offset_wrist(offset_, m, theta_7);
-        auto exists = (wrist.excess <= Boxes(0.0)) & (Boxes(0.0) <= wrist.inside);
-        Boxes sum(squares() ? 0.0 : -infinity);
-        if (!any(exists)) return Boxes(infinity);
-        const Directions<Boxes> d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, Boxes(0.0))));
-        for (int j = 0; j < joints; ++j) {
-            const JointCost& c = joint_[j];
-            const Boxes q = to_q(atan2(d.y[j], d.x[j]), Boxes(c.sign), Boxes(c.offset), Boxes(c.lower),
-                                 Boxes(c.upper), Boxes(c.near));
-            exists = exists & (Boxes(c.lower) <= q) & (q <= Boxes(c.upper));
-            const Boxes d_j = q - Boxes(c.near), weight(c.weight);
-            if (squares())
-                sum = mul_add(weight * d_j, d_j, sum);
-            else
-                sum = max(sum, c.weight > 0 ? weight * abs(d_j) - Boxes(c.room) : Boxes(0.0));
-        }
-        return select(exists, sum, Boxes(infinity));
-    }
     /// Whether a value of the free joint is allowed, and its posture keeps the singularity margin and is free
     /// of collisions.
     bool is_kept(const OffsetCells& cells, double free) noexcept {
         if (options_.allowed && !contains(*options_.allowed, wrap(free))) return false;
         if (!move_ && !(offset_.margin > 0)) return true;
-        double q[joint_slots], robot[joint_slots] = {};
+        double q[joint_slots];
         joints_at(cells, free, q);
-        for (int j = 0; j < joints; ++j) robot[robot_joint(offset_, j)] = q[j];
-        if (offset_.margin > 0 && !armangle::is_kept(offset_, robot, 0.0)) return false;
-        return !move_ || move_->is_clear_at(robot);
+        const Joints at = robot_order(q);
+        if (offset_.margin > 0 && !armangle::is_kept(offset_, at.q, 0.0)) return false;
+        return !move_ || move_->is_clear_at(at.q);
     }
 
     /// The limits in the robot's order, narrowed around the seed to the joints that cost less than the
@@ -356,18 +291,6 @@ private:
             const double at = joint_search_.shared(side, free);
             if (!is_nan(at)) remember(asked, at, at, -infinity, true);
         }
-    }
-    /// The bit of the branch number that is the wrist's sign.
-    static int wrist_bit(int gc) noexcept {
-        for (int bit = 1; bit < configurations; bit <<= 1)
-            if (configuration(gc ^ bit).wrist != configuration(gc).wrist) return bit;
-        return 0;
-    }
-    /// The bit of the branch number that is the shoulder's sign.
-    static int shoulder_bit(int gc) noexcept {
-        for (int bit = 1; bit < configurations; bit <<= 1)
-            if (configuration(gc ^ bit).shoulder != configuration(gc).shoulder) return bit;
-        return 0;
     }
 
     // -- cells
@@ -597,35 +520,6 @@ private:
         if (!move_onto_pose(out)) return refused(Status::NEAR_SINGULAR);
         return out;
     }
-    /// Moves a posture, whose free joint may have too few digits, onto the pose; false, without a change, if
-    /// that fails.
-    bool move_onto_pose(Nearest& in_order) const noexcept {
-        Joints at{};
-        for (int j = 0; j < joints; ++j) at.q[robot_joint(offset_, j)] = in_order.q[j];
-        const double size = offset_.own.size;
-        Twist rest;
-        Limits about;
-        const bool kept = limits_about(offset_, at.q, about) && within_limits(about, at.q, 0.0);
-        if (kept && distance(offset_, at.q, pose_, size, rest) <= 0.1 * local_solve_tuning::meets * size)
-            return true;
-        int rounds = local_solve_tuning::rounds;
-        const Relaxed on = solve_locally(offset_, about, at, pose_, {}, 0.0, rounds);
-        if (!meets(offset_, on)) return false;
-        for (int j = 0; j < joints; ++j) at.q[j] = on.at.q[robot_joint(offset_, j)];
-        in_order = finished(at.q, in_order.psi, in_order.gc);
-        return true;
-    }
-    /// The result with joints in the robot's order.
-    Nearest in_robot_order(const Nearest& in_order) const noexcept {
-        Nearest out = in_order;
-        for (int j = 0; j < joints; ++j) out.q[robot_joint(offset_, j)] = in_order.q[j];
-        out.psi = out.psi <= -pi ? pi : out.psi;
-        return out;
-    }
-    /// The cost of a result; infinite without a solution.
-    double cost_of_result(const Nearest& in_order) const noexcept {
-        return is_solved(in_order.status) ? cost_of_all(in_order.q) : infinity;
-    }
 
     // -- where the free joint has too few digits
 
@@ -655,8 +549,7 @@ private:
         const auto worth = [this](const Joints& robot) { return is_worth(robot); };
         const auto take = [this](const Joints& robot, int gc) { take_found(robot, gc); };
         if (squares() && best_.gc >= 0) {
-            Joints at{};
-            for (int j = 0; j < joints; ++j) at.q[robot_joint(offset_, j)] = best_.q[j];
+            Joints at = robot_order(best_.q);
             joint_search.begin(best_.gc, at, share, worth, take);
         }
         std::sort(place_, place_ + places_,
@@ -743,15 +636,13 @@ private:
     /// Whether a posture near these joints may cost less than the best.
     bool is_worth(const Joints& robot) const noexcept {
         if (!squares() || !(result_cost_ < infinity)) return true;
-        double q[joint_slots];
-        for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
-        return sqrt(cost_of_all(q)) < sqrt(result_cost_) + tuning_.near_best;
+        return sqrt(cost_of_all(formula_order(robot.q).q)) < sqrt(result_cost_) + tuning_.near_best;
     }
     /// Keeps a posture, joints in the robot's order, if it costs less than the best, and permitted arcs and
     /// obstacles allow it.
     void take_found(const Joints& robot, int gc) noexcept {
-        double q[joint_slots];
-        for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
+        const Joints in_order = formula_order(robot.q);
+        const double* q = in_order.q;
         const double cost = cost_of_all(q), free = wrap(q[joints - 1]);
         if (offset_.margin > 0 && !armangle::is_kept(offset_, robot.q, tolerance::angle)) return;
         if (cost >= result_cost_ - tie(result_cost_)) return;
@@ -765,8 +656,8 @@ private:
     /// Sets joints 1 and 3 of `robot`, which rotate about one axis, to the cheapest values within the limits
     /// with the same sum; leaves them unchanged if there are none.
     void share_turn(Joints& robot) const noexcept {
-        double q[joint_slots];
-        for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
+        Joints in_order = formula_order(robot.q);
+        double* q = in_order.q;
         const JointCost &a = joint_[0], &b = joint_[2];
         const double cosine = sin_cos(to_theta(q[1], joint_[1].sign, joint_[1].offset)).cos;
         const double eps = a.sign * b.sign * (cosine < 0 ? -1.0 : 1.0);
@@ -793,16 +684,7 @@ private:
             }
         return false;
     }
-    /// A lower bound of the cost over [lower, upper] of the free joint (rad); -infinity if none is known.
-    double least_over(int gc, double lower, double upper) const noexcept {
-        const CostCells middle(0.5 * (lower + upper)), half(0.5 * (upper - lower) + tolerance::same_psi);
-        const OffsetMotion<> m = offset_motion(offset_, pose_, gc);
-        const double least = costs(OffsetOverCells(offset_, m, middle, half)).least[0];
-        return is_nan(least) ? -infinity : least;
-    }
 
-    const OffsetArm& offset_;
-    const Pose<double>& pose_;
     const OffsetCostTuning& tuning_;
     const Scene* const scene_;
     std::optional<StraightMove<OffsetArm>> move_;  // where there are obstacles
