@@ -18,8 +18,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from laws.test_offset import random_arm
 from support.delicate import delicate_offset
+from support.families import random_offset
 
 import armangle as aa
 from armangle.models.catalogue import offset_catalogue
@@ -47,7 +47,7 @@ class Counts:
 
 def an_arm(rng: np.random.Generator, k: int) -> aa.Arm:
     """The k-th random arm: every other one mirrored, every third with a range of up to 14 rad."""
-    return random_arm(rng, mirrored=bool(k % 2), widest=6.0 if k % 3 else 14.0)
+    return random_offset(rng, mirrored=bool(k % 2), widest=6.0 if k % 3 else 14.0)
 
 
 def look_at_postures(arm: aa.Arm, rng: np.random.Generator, counts: Counts) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.calibrated import NAMES, calibrated, off_singular, postures
-from support.chain_law import Verdict, cases, drawn, judge
+from support.calibrated import ARMS, NAMES, calibrated, off_singular, postures
+from support.chain_law import Case, Verdict, cases, drawn, judge
 from support.draw import count, generator
 
 from armangle.models.catalogue import srs_catalogue
@@ -37,19 +37,19 @@ def test_a_psi_with_two_postures_of_one_branch_is_left_out(seed: int, number: in
     assert case.arm.feasible(case.pose, case.gc).unproven > 0
 
 
-@pytest.mark.parametrize(
-    ("seed", "number", "name"),
-    [(3, 29, "rainbow_rby1_leader_right"), (90007, 14, "iit_icub_left"), (90026, 32, "realman_rm75_b")],
-)
-def test_the_inverse_leads_all_over_an_arc_beside_a_singularity(seed: int, number: int, name: str) -> None:
-    """`inverse` has joints all along the arcs of three poses near singularities."""
-    case = drawn(seed, number, name)
-    assert case is not None
-    intervals = case.arm.feasible(case.pose, case.gc).intervals
-    assert len(intervals)
-    for lower, upper in intervals:
-        psi = np.linspace(lower, upper, 500)[1:-1]
-        assert np.isfinite(case.arm.inverse(case.pose, psi, case.gc, on_error="nan", limits=False)).all()
+def test_the_inverse_leads_all_over_an_arc_beside_a_singularity() -> None:
+    """`inverse` has joints all along the arcs of four poses near singularities."""
+    asked = [drawn(3, 29, "rainbow_rby1_leader_right"), drawn(90007, 14, "iit_icub_left")]
+    asked.append(drawn(90026, 32, "realman_rm75_b"))
+    arm = ARMS["iit_icub_left 2.0 mm"]
+    pose = arm.forward(np.random.default_rng([22, 78]).uniform(arm.lower, arm.upper, (79, 7))[78])[0]
+    asked += [Case(arm, f"branch {gc}", pose, gc) for gc in range(8)]
+    for case in asked:
+        assert case is not None
+        for lower, upper in case.arm.feasible(case.pose, case.gc).intervals:
+            psi = np.linspace(lower, upper, 500)[1:-1]
+            q = case.arm.inverse(case.pose, psi, case.gc, on_error="nan", limits=False)
+            assert np.isfinite(q).all(), (case.name, lower, upper)
 
 
 @pytest.mark.turns(2)

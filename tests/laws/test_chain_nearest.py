@@ -6,14 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.calibrated import ARMS, calibrated, postures
+from support.calibrated import ARMS, calibrated
 from support.draw import count, generator
-from support.nearest import Case, brute_force
-from support.threads import in_threads
+from support.nearest import Case, brute_force, cost_of
 
 import armangle as aa
 from armangle.arm.question import MetricName
-from armangle.models.chain import chain_of, links_of
 
 GRID = 301
 ROUNDING = 1e-10
@@ -35,11 +33,6 @@ def cases(arm: aa.Arm, n: int, seed: int) -> list[Case]:
     return out
 
 
-def cost(case: Case, found: aa.Solution) -> float:
-    """Return the cost of a solution."""
-    return float(-found.margin if case.prefer == "margin" else found.distance)
-
-
 @EVERY
 def test_no_grid_of_the_true_inverse_finds_a_nearer_posture(arm: aa.Arm) -> None:
     """`solve` of a calibrated arm is as near as any psi of a grid, within limits and on the pose."""
@@ -48,43 +41,11 @@ def test_no_grid_of_the_true_inverse_finds_a_nearer_posture(arm: aa.Arm) -> None
         if not found.ok:
             assert best == np.inf, (case.number, found.status, best)
             continue
-        assert cost(case, found) <= best + ROUNDING, case.number
+        assert cost_of(case, found) <= best + ROUNDING, case.number
         assert arm.within_limits(found.q, 1e-9)
         pose, psi, gc = arm.forward(found.q)
         assert np.abs(pose - case.pose).max() <= 1e-12
         assert gc == found.gc and abs(psi - found.psi) % (2 * np.pi) <= 1e-9
-
-
-def test_without_deviation_the_answers_are_those_of_the_exact_arm() -> None:
-    """With a chain that deviates by nothing `solve` equals that of the plain arm."""
-    exact = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    near = exact.with_(chain=links_of(chain_of(exact._description())))
-    q = postures(exact, count(20), 32)
-    seeds = q + generator(33).normal(0, 0.3, q.shape)
-    pose = exact.forward(q)[0]
-    metrics: tuple[MetricName, ...] = ("l2", "max")
-    for metric in metrics:
-        a, b = (arm.solve(pose, seeds, metric=metric) for arm in (exact, near))
-        assert np.abs(a.distance - b.distance).max() <= 1e-9
-        assert (a.gc == b.gc).all() and (a.status == b.status).all()
-    assert (
-        np.abs(exact.solve(pose, prefer="margin").margin - near.solve(pose, prefer="margin").margin).max()
-        <= 1e-9
-    )
-
-
-def test_solutions_are_one_for_each_branch_and_proven_arc() -> None:
-    """`solutions` of a calibrated arm has one for each arc, sorted by distance."""
-    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
-    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
-    pose = arm.forward(q)[0]
-    found, arcs = arm.solutions(pose, q), arm.feasible(pose)
-    assert len(found) == int(np.sum(arcs.count))
-    distances = [one.distance for one in found]
-    assert distances == sorted(distances) and found[0].distance <= 1e-12
-    for one in found:
-        assert one.psi in arcs[one.gc]
-        assert np.abs(arm.forward(one.q)[0] - pose).max() <= 1e-12
 
 
 def beside_singular(arm: aa.Arm, n: int, seed: int) -> Any:
@@ -134,32 +95,6 @@ def test_an_answer_that_is_not_proven_is_an_answer() -> None:
     assert "status=UNPROVEN" in repr(one) and "gap" not in repr(one)
 
 
-def test_what_is_asked_is_kept() -> None:
-    """`solve` of a calibrated arm keeps gc, allowed and margin, returns a seed on the pose, in
-    batches too.
-    """
-    arm = ARMS["openarm_v10 1.0 mm"]
-    q = postures(arm, 6, 34)
-    pose = arm.forward(q)[0]
-    assert np.array_equal(arm.solve(pose, q).q, q)  # a posture of the pose is its own nearest
-    near = q + 0.1
-    whole = arm.solve(pose, near)
-    assert np.array_equal(in_threads(2, lambda: arm.solve(pose, near)).q, whole.q)
-    for i in range(len(q)):
-        one = arm.solve(pose[i], near[i])
-        assert np.array_equal(one.q, whole.q[i]) and one.psi == whole.psi[i]
-        kept = arm.solve(pose[i], near[i], gc=int(one.gc), allowed=aa.ArcSet([[0.5, 1.0]]))
-        assert (0.5 <= kept.psi <= 1.0 and kept.distance >= one.distance) if kept.ok else True
-        off = arm.with_(singularity_margin=0.2).solve(pose[i], near[i])
-        if off.ok:
-            theta = arm.geometry.signs * off.q + arm.geometry.offsets
-            theta[3] -= arm.geometry.delta
-            assert (np.abs(np.sin(theta[1:6:2])) >= np.sin(0.2) - 1e-9).all()
-    far = pose[0].copy()
-    far[0, 3] += 5.0
-    assert arm.solve(far, near[0]).status == aa.Status.UNREACHABLE
-
-
 @pytest.mark.parametrize("name", ["yaskawa_sia30d", "human_arm_right"])
 def test_a_joint_at_the_end_of_its_whole_turn_is_found(name: str) -> None:
     """`solve` finds joints at the limit of a joint of a whole turn for a seed beyond it."""
@@ -175,13 +110,3 @@ def test_a_joint_at_the_end_of_its_whole_turn_is_found(name: str) -> None:
         near[joint] = q[joint] + (1 if upper else -1) * rng.uniform(0.05, 0.5)
         found = arm.solve(arm.forward(q)[0], near)
         assert found.distance <= np.linalg.norm(q - near) + ROUNDING
-
-
-def test_what_a_refusal_names_is_there() -> None:
-    """The error of `solve` out of reach names `explain`, which says so too."""
-    arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
-    far = arm.forward(np.full(7, 0.3))[0] + np.array([[0, 0, 0, 3.0]] + [[0.0] * 4] * 3)
-    with pytest.raises(aa.UnreachableError) as refusal:
-        arm.solve(far).raise_for_status()
-    assert "arm.explain(pose)" in str(refusal.value)
-    assert "out of reach" in arm.explain(far).explain()

@@ -10,46 +10,141 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.calibrated import calibrated, calibrated_offset
+from support.calibrated import ARMS as CALIBRATIONS
+from support.calibrated import calibrated, off_singular, plain_forward
+from support.chain import turn
+from support.draw import count
+from support.families import (
+    ARMS,
+    CALIBRATED,
+    CHAINS,
+    CLOSED,
+    OFFSET,
+    OFFSETS,
+    of,
+    regular,
+    tolerance,
+    within,
+)  # fmt: skip
+from support.laws import circle_gap, gap
+from support.moves import moved
 
 import armangle as aa
 
-MIRRORED = aa.Arm(
-    a_1=0.117, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, a_3=0.04, a_4=-0.03, signs=[1, -1, 1, 1, -1, 1, 1],
-    offsets=[0.3] * 7, lower=[-2.0] * 7, upper=[2.2] * 7, base=aa.pose([0.1, 0.2, 0.3], rpy=[0.1, 0.2, 0.3]),
-    tool=aa.pose([0.0, 0.1, 0.2], rpy=[0.3, -0.2, 0.1]), name="offset shoulder, elbow offsets",
-)  # fmt: skip
-EXACT = [aa.Arm.from_catalogue(name) for name in ("kuka_iiwa7_r800", "openarm_v10")]
-OFFSET = [aa.Arm.from_catalogue(name) for name in ("franka_fr3", "ufactory_xarm7", "willow_garage_pr2_right")]
-OFFSET.append(MIRRORED)
-CALIBRATED = [calibrated("kuka_iiwa7_r800", 1.0, 1.0)]
-OFFSET_CHAIN = [calibrated_offset("franka_fr3", 1.0, 1.0), calibrated_offset("fetch", 1.0, 1.0)]
-CHAINS = [*CALIBRATED, *OFFSET_CHAIN]
-ARMS = [*EXACT, *OFFSET, *CHAINS]
-CLOSED = [*EXACT, *OFFSET]  # those whose answers are closed forms, or complete searches
+EVERY = [*ARMS, *OFFSETS, *CALIBRATIONS.values()]
+FAR = calibrated("franka_fr3", 20.0, 10.0)
+Z = np.array([0.0, 0.0, 1.0])
 
 
-def named(arm: aa.Arm) -> str:
-    """Return a test's name for an arm."""
-    return f"{arm.name} {arm.kind}"
-
-
-def within(arm: aa.Arm, rng: np.random.Generator, count: int) -> Any:
-    """Return random joints (count, 7) within the limits, of joints without limits within ±π."""
-    return rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (count, 7))
-
-
-def regular(arm: aa.Arm, rng: np.random.Generator, count: int) -> Any:
-    """Return `count` joints far from singularities, also of the arm whose free joint is locked."""
-    q = within(arm, rng, 20 * count)
-    size = np.linalg.svd(arm.jacobian(q), compute_uv=False)[:, -1]
+@of(EVERY, [FAR])
+def test_forward_frames_and_the_elbow_are_those_of_the_links_multiplied_in_order(arm: aa.Arm) -> None:
+    """`forward` is the product of the arm's links, and each joint turns the frames after it about the z axis
+    of the frame before, and no other; psi of an arm with an offset is its free joint.
+    """
+    q = within(arm, np.random.default_rng(17), 50)
+    (pose, psi, gc), frames = arm.forward(q), arm.frames(q)
+    assert gap(pose, np.array([plain_forward(arm, row) for row in q])) <= 1e-14
+    assert gap(frames[:, 7] @ arm.tool, pose) <= 1e-14
+    assert gap(arm.elbow(q), frames[:, 3, :3, 3]) == 0.0
+    assert gap(gc, arm.deviation.nominal.forward(q)[2]) == 0
     if arm.redundancy != "arm_angle":
-        rest = np.delete(arm.jacobian(q), int(arm.redundancy[-1]) - 1, axis=-1)
-        size = np.minimum(size, np.linalg.svd(rest, compute_uv=False)[:, -1])
-    return q[np.argsort(-size)[: 4 * count : 4]]
+        assert circle_gap(psi, q[:, int(arm.redundancy[-1]) - 1]).max() <= 1e-15
+    for joint in range(7):
+        spun, axis = arm.frames(q + 0.7 * np.eye(7)[joint]), frames[:, joint]
+        spin = axis @ turn(Z, 0.7 * arm.geometry.signs[joint]) @ np.linalg.inv(axis)
+        assert gap(spun[:, : joint + 1], frames[:, : joint + 1]) <= 1e-14
+        assert gap(spun[:, joint + 1 :], spin[:, None] @ frames[:, joint + 1 :]) <= 1e-13
 
 
-@pytest.mark.parametrize("arm", ARMS, ids=named)
+@of(EVERY, [FAR])
+def test_every_posture_is_met_again_and_every_answer_holds_its_pose(arm: aa.Arm) -> None:
+    """`inverse` of `forward` gives the joints back, and those of all branches hold pose, psi and branch. Of
+    an own chain it is NaN in under 1 %, next to where branches meet. Limits leave the rows that keep them.
+    """
+    own, rng = arm.geometry.chain is not None, np.random.default_rng(18)
+    q = within(arm, rng, count(400 if own else 2000))
+    pose, psi, gc = arm.forward(q)
+    again = arm.inverse(pose, psi, gc, seed=q, on_error="nan", limits=False)
+    solved, off = np.isfinite(again[:, 0]), np.abs(again - q).max(axis=1)
+    assert solved.mean() >= 0.99 if own else solved.all() and off.max() < 1e-6
+    assert (off[solved] < 1e-6).mean() > 0.9
+    assert np.median(off[solved]) < 1e-13
+    if arm.redundancy == "arm_angle":
+        clear = off_singular(arm, q, np.radians(10.0))
+        assert solved[clear].all() and off[clear].max() <= 1e-9
+    rows = arm.inverse(pose, psi, on_error="nan", limits=False)
+    there = np.isfinite(rows[..., 0])
+    row, branch = np.nonzero(there)
+    for one, met in (
+        (arm.forward(again[solved]), (pose[solved], psi[solved], gc[solved])),
+        (arm.forward(rows[there]), (pose[row], psi[row], branch)),
+    ):
+        assert gap(one[0], met[0]) <= tolerance(arm)
+        assert circle_gap(one[1], met[1]).max() <= 1e-11
+        assert (one[2] == met[2]).mean() > (1 - 1e-9 if own else 0.999)
+    margin, kept = arm.limit_margin(rows[there]), np.isfinite(arm.inverse(pose, psi, on_error="nan")[there])
+    decided = np.abs(margin) > 1e-9
+    assert (kept[decided, 0] == (margin > 0)[decided]).all() and 0 < kept.mean() < 1
+
+
+@of(ARMS, [FAR])
+def test_the_urdf_of_an_arm_is_the_same_arm(arm: aa.Arm) -> None:
+    """`from_urdf` and `load` of an arm's URDF give its kind, its lengths and its poses."""
+    q = within(arm, np.random.default_rng(19), 20)
+    doors = (aa.Arm.from_urdf, aa.Arm.load)
+    for read in (door(arm.to_urdf()) for door in (doors if arm.geometry.chain is None else doors[1:])):
+        assert (read.kind, read.redundancy) == (arm.kind, arm.redundancy) and read.report is not None
+        assert gap(read.forward(q)[0], arm.forward(q)[0]) <= 1e-12
+        if arm.geometry.chain is None:
+            assert (read.geometry.d_se, read.geometry.d_ew) == (arm.geometry.d_se, arm.geometry.d_ew)
+
+
+@of(ARMS)
+def test_out_of_reach_every_question_says_so(arm: aa.Arm) -> None:
+    """Status, error and `explain` of a pose 5 m away say that it is out of reach; `inverse` may be NaN."""
+    pose = moved(arm.forward(within(arm, np.random.default_rng(20), 1)[0])[0], [5.0, 0.0, 0.0])
+    found = arm.solve(pose)
+    assert not found.ok and found.gc == -1 and np.isnan(found.q).all()
+    assert found.status is arm.feasible(pose, 0).status is arm.freedom(pose).status is aa.Status.UNREACHABLE
+    assert (arm.feasible(pose).status == aa.Status.UNREACHABLE).all()
+    with pytest.raises(aa.UnreachableError, match=r"out of reach.* arm\.explain\(pose\) says"):
+        found.raise_for_status()
+    assert "out of reach" in arm.explain(pose).explain()
+    with pytest.raises(aa.UnreachableError, match="out of reach"):
+        arm.inverse(pose, 0.0, 0, limits=False)
+    assert np.isnan(arm.inverse(pose, 0.0, 0, on_error="nan", limits=False)).all()
+
+
+@of(ARMS)
+def test_a_joint_beyond_its_limits_is_an_error_unless_limits_are_left_out(arm: aa.Arm) -> None:
+    """`inverse` beyond limits raises LimitError, unless limits=False; `solve` finds nothing there."""
+    q = regular(arm, np.random.default_rng(21), 1)[0]
+    pose, psi, gc = arm.forward(q)
+    tight = arm.with_(lower=q + 0.05, upper=q + 0.06)
+    with pytest.raises(aa.LimitError, match="outside its limits"):
+        tight.inverse(pose, psi, gc)
+    assert gap(tight.inverse(pose, psi, gc, limits=False), q) <= 1e-9
+    found = tight.solve(pose)
+    assert not found.ok and found.gc == -1 and np.isnan(found.q).all()
+
+
+@of(OFFSET, CHAINS)
+@pytest.mark.parametrize("joint", range(7))
+def test_with_a_locked_joint_its_posture_is_found(arm: aa.Arm, joint: int) -> None:
+    """With a joint locked `feasible` has an end at the psi of joints that hold the pose, or they are amid an
+    interval, and `solve` finds them.
+    """
+    for q in within(arm, np.random.default_rng(11), 6):
+        lower, upper = arm.lower.copy(), arm.upper.copy()
+        lower[joint] = upper[joint] = q[joint]
+        locked = arm.with_(lower=lower, upper=upper)
+        pose, psi, gc = locked.forward(q)
+        assert locked.solve(pose, seed=q).distance < 1e-6
+        arcs = locked.feasible(pose, gc)
+        assert psi in arcs or circle_gap(arcs.nearest(psi), psi) <= 1e-9 or arcs.unproven > 0
+
+
+@of(ARMS)
 def test_the_self_motion_is_a_difference_along_psi_and_leaves_the_tool(arm: aa.Arm) -> None:
     """`self_motion` equals differences of `inverse` along psi, and the Jacobian takes it to 0."""
     q = regular(arm, np.random.default_rng(1), 40)
@@ -61,7 +156,7 @@ def test_the_self_motion_is_a_difference_along_psi_and_leaves_the_tool(arm: aa.A
     np.testing.assert_allclose(moved, 0.0, atol=1e-9 * (1 + np.abs(rate).max()))
 
 
-@pytest.mark.parametrize("arm", ARMS, ids=named)
+@of(ARMS)
 def test_the_jacobian_is_the_slope_of_forward(arm: aa.Arm) -> None:
     """The columns of `jacobian` are differences of `forward`, as speeds of the tool's position and turn."""
     for q in within(arm, np.random.default_rng(14), 5):
@@ -72,7 +167,15 @@ def test_the_jacobian_is_the_slope_of_forward(arm: aa.Arm) -> None:
         np.testing.assert_allclose(arm.jacobian(q), rows, rtol=0, atol=1e-8)
 
 
-@pytest.mark.parametrize("arm", ARMS, ids=named)
+@of(ARMS)
+def test_the_slope_of_the_limit_margin_is_that_of_its_joints(arm: aa.Arm) -> None:
+    """`gradients.limit_margin` equals differences of `limit_margin`."""
+    for q in within(arm, np.random.default_rng(0), 20):
+        ahead, behind = (arm.limit_margin(q + s * 1e-7 * np.eye(7)) for s in (1, -1))
+        np.testing.assert_allclose(aa.gradients.limit_margin(arm, q), (ahead - behind) / 2e-7, atol=1e-6)
+
+
+@of(ARMS)
 def test_an_arm_is_a_value_and_a_copy_keeps_what_is_not_changed(arm: aa.Arm) -> None:
     """Copies by `pickle` and `repr` are equal; a tool and a base are mounted; limits change no pose."""
     twin = pickle.loads(pickle.dumps(arm))
@@ -90,7 +193,7 @@ def test_an_arm_is_a_value_and_a_copy_keeps_what_is_not_changed(arm: aa.Arm) -> 
     assert narrow.geometry == arm.geometry
 
 
-@pytest.mark.parametrize("arm", CLOSED, ids=named)
+@of(CLOSED, CALIBRATED)
 def test_a_posture_is_its_own_nearest_and_not_where_its_branch_is_left_out(arm: aa.Arm) -> None:
     """`solve` of the pose of its seed gives the seed back to the bit; without its branch, another or none."""
     q = within(arm, np.random.default_rng(16), 50)
@@ -103,7 +206,7 @@ def test_a_posture_is_its_own_nearest_and_not_where_its_branch_is_left_out(arm: 
     assert not other.ok or other.gc != gc[0]
 
 
-@pytest.mark.parametrize("arm", OFFSET, ids=named)
+@of(OFFSET)
 def test_the_free_joint_moves_at_its_own_rate_and_where_there_is_none_it_is_infinite(arm: aa.Arm) -> None:
     """`self_motion` of an offset arm is 1 for the free joint, and very large at singularities."""
     q = within(arm, np.random.default_rng(2), 20)
@@ -114,7 +217,7 @@ def test_the_free_joint_moves_at_its_own_rate_and_where_there_is_none_it_is_infi
     assert (np.abs(arm.self_motion(*arm.forward(q))[:, [hinge - 1, hinge + 1]]) > 1e6).all()
 
 
-@pytest.mark.parametrize("arm", CLOSED, ids=named)
+@of(CLOSED)
 def test_the_intervals_of_a_joint_alone_are_those_of_a_grid(arm: aa.Arm) -> None:
     """`feasible(per_joint=True)` agrees with each joint's limits on a grid."""
     rng = np.random.default_rng(3)
@@ -131,19 +234,22 @@ def test_the_intervals_of_a_joint_alone_are_those_of_a_grid(arm: aa.Arm) -> None
     np.testing.assert_array_equal(every.measure[np.arange(5), gc], sets.measure)
 
 
-@pytest.mark.parametrize("arm", CLOSED, ids=named)
+@of(CLOSED, CALIBRATED)
 def test_what_all_joints_leave_is_what_each_of_them_leaves(arm: aa.Arm) -> None:
     """`feasible` is the intersection of the sets of `feasible(per_joint=True)`."""
     pose, _, gc = arm.forward(within(arm, np.random.default_rng(4), 30))
     each, whole = arm.feasible(pose, gc, per_joint=True), arm.feasible(pose, gc)
-    for i in range(30):
-        both = aa.ArcSet([(-np.pi, np.pi)])
-        for joint in range(7):
-            both = both & aa.ArcSet(each.intervals[i, joint][: each.count[i, joint]])
-        assert abs(both.measure - whole.measure[i]) < 1e-6
+    assert each.shape == (30, 7) and whole.shape == whole.unproven.shape == (30,)
+    proven = (whole.unproven == 0) & (each.unproven == 0).all(axis=-1)
+    assert proven.mean() > 0.5
+    for i in np.flatnonzero(proven):
+        both = each[i, 0]
+        for joint in range(1, 7):
+            both = both & each[i, joint]
+        assert abs(both.measure - whole.measure[i]) <= 1e-8
 
 
-@pytest.mark.parametrize("arm", CLOSED, ids=named)
+@of(CLOSED)
 @pytest.mark.parametrize("wish", ["point", "direction"])
 def test_no_psi_of_a_grid_brings_the_elbow_nearer(arm: aa.Arm, wish: str) -> None:
     """`psi_towards` a point or direction brings the elbow as near or far as any psi of a grid."""
@@ -162,7 +268,7 @@ def test_no_psi_of_a_grid_brings_the_elbow_nearer(arm: aa.Arm, wish: str) -> Non
     assert (gain[:, 0] >= np.where(there, gain, -np.inf).max(axis=1) - 1e-9).all()
 
 
-@pytest.mark.parametrize("arm", OFFSET, ids=named)
+@of(OFFSET)
 def test_where_every_elbow_is_as_good_it_is_said(arm: aa.Arm) -> None:
     """`psi_towards` of an offset arm raises if every elbow is as far from the point, and out of reach.
 
@@ -180,7 +286,7 @@ def test_where_every_elbow_is_as_good_it_is_said(arm: aa.Arm) -> None:
     assert np.isnan(arm.psi_towards(far, gc, direction="up", on_error="nan"))
 
 
-@pytest.mark.parametrize("arm", CLOSED, ids=named)
+@of(CLOSED)
 def test_freedom_and_reachable_are_the_numbers_of_the_intervals(arm: aa.Arm) -> None:
     """`freedom` and `reachable` agree with `feasible` and `solve`."""
     rng = np.random.default_rng(7)
@@ -222,7 +328,7 @@ def grid_of(arm: aa.Arm, pose: Any, seed: Any, psi: Any) -> Any:
     )
 
 
-@pytest.mark.parametrize("arm", CHAINS, ids=named)
+@of(CHAINS)
 def test_freedom_of_a_chain_counts_its_proven_intervals_and_the_branches_with_a_solution(arm: aa.Arm) -> None:
     """`freedom` of a calibrated arm sums its arcs, and gc holds the branches that `solve` can use."""
     rng = np.random.default_rng(8)
@@ -244,7 +350,7 @@ def test_freedom_of_a_chain_counts_its_proven_intervals_and_the_branches_with_a_
     np.testing.assert_array_equal(has.status == aa.Status.OK, has.gc != 0)
 
 
-@pytest.mark.parametrize("arm", CLOSED, ids=named)
+@of(CLOSED, CALIBRATED)
 @pytest.mark.parametrize("metric", ["l2", "max", "margin"])
 def test_no_solution_of_a_grid_costs_less_than_that_of_solve(arm: aa.Arm, metric: str) -> None:
     rng = np.random.default_rng(8)
@@ -255,18 +361,19 @@ def test_no_solution_of_a_grid_costs_less_than_that_of_solve(arm: aa.Arm, metric
         {"prefer": "margin"} if metric == "margin" else {"metric": metric, "weight": weight}
     )
     found = arm.solve(pose, seed, **asked)
+    proven = (found.status == aa.Status.OK) | (arm.geometry.chain is None)
     assert found.ok.all() and (arm.lower <= found.q).all() and (found.q <= arm.upper).all()
-    np.testing.assert_allclose(arm.forward(found.q)[0], pose, rtol=0, atol=1e-11)
+    assert proven.any() and gap(arm.forward(found.q)[0], pose) <= min(tolerance(arm), 1e-11)
     own = cost(metric, arm, found.q, seed, weight)
     np.testing.assert_allclose(-found.margin if metric == "margin" else found.distance, own, atol=1e-12)
     every = cost(
         metric, arm, grid_of(arm, pose, seed, np.linspace(-np.pi, np.pi, 1501)), seed[:, None, None], weight
     )
-    assert (own <= every.min(axis=(1, 2)) + 1e-9).all()
-    assert (own <= cost(metric, arm, q, seed, weight) + 1e-9).all()
+    known = np.minimum(every.min(axis=(1, 2)), cost(metric, arm, q, seed, weight))
+    assert (own <= known + 1e-9)[proven].all()
 
 
-@pytest.mark.parametrize("arm", CLOSED, ids=named)
+@of(CLOSED, CALIBRATED)
 def test_what_is_allowed_is_kept_and_nothing_of_it_is_nearer(arm: aa.Arm) -> None:
     """`solve(allowed=)` keeps it, as near as any allowed psi of a grid, or is NOT_ALLOWED."""
     rng = np.random.default_rng(9)
@@ -278,9 +385,9 @@ def test_what_is_allowed_is_kept_and_nothing_of_it_is_nearer(arm: aa.Arm) -> Non
         found = arm.solve(pose[i], seed[i], allowed=allowed)
         assert found.ok and (found.psi in allowed)
         grid = np.linspace(-np.pi, np.pi, 3001)
-        grid = grid[[x in allowed for x in grid]]
+        grid = grid[allowed.contains(grid)]
         every = cost("l2", arm, grid_of(arm, pose[i : i + 1], seed[i : i + 1], grid)[0], seed[i], np.ones(7))
-        assert found.distance <= every.min() + 1e-9
+        assert found.distance <= every.min() + 1e-9 or found.status is aa.Status.UNPROVEN
     arcs = arm.feasible(pose[0])
     free = [~aa.ArcSet(arcs.intervals[k][: arcs.count[k]]) for k in range(8)]
     shut = free[0]
@@ -291,7 +398,7 @@ def test_what_is_allowed_is_kept_and_nothing_of_it_is_nearer(arm: aa.Arm) -> Non
         assert arm.solve(pose[0], seed[0], allowed=inner).status is aa.Status.NOT_ALLOWED
 
 
-@pytest.mark.parametrize("arm", CLOSED, ids=named)
+@of(CLOSED, CALIBRATED)
 @pytest.mark.parametrize("prefer", ["seed", "margin"])
 def test_there_is_one_solution_for_each_branch_and_interval_the_best_first(arm: aa.Arm, prefer: str) -> None:
     rng = np.random.default_rng(10)
@@ -301,9 +408,12 @@ def test_there_is_one_solution_for_each_branch_and_interval_the_best_first(arm: 
         arm.feasible(pose),
         arm.solve(pose, seed, prefer=prefer),
     )
-    np.testing.assert_array_equal(sols.count, arcs.count.sum(axis=-1))
-    np.testing.assert_array_equal(sols.q[:, 0], first.q)
-    for i in range(12):
+    proven = (arcs.unproven == 0).all(axis=-1)
+    assert proven.any()
+    np.testing.assert_array_equal(sols.count[proven], arcs.count.sum(axis=-1)[proven])
+    if arm.geometry.chain is None:
+        np.testing.assert_array_equal(sols.q[:, 0], first.q)
+    for i in np.flatnonzero(proven):
         many = arm.solutions(pose[i], seed[i], prefer=prefer)
         rank = [-one.margin if prefer == "margin" else one.distance for one in many]
         assert len(many) == sols.count[i] and (np.diff(rank) >= -1e-9).all()
@@ -329,7 +439,7 @@ def places_of(ends: Any, psi: float) -> int:
 
 
 @pytest.mark.turns(2)
-@pytest.mark.parametrize("arm", OFFSET, ids=named)
+@of(OFFSET)
 def test_explain_names_limits_that_block_and_by_how_much_they_must_be_wider(arm: aa.Arm) -> None:
     """In `explain` blocking joints alone block, without any one they do not; openings are enough, less is
     not.
@@ -363,7 +473,7 @@ def test_explain_names_limits_that_block_and_by_how_much_they_must_be_wider(arm:
     assert seen > 25
 
 
-@pytest.mark.parametrize("arm", CHAINS, ids=named)
+@of(CHAINS)
 def test_explain_of_a_chain_names_limits_that_block_and_by_how_much_they_must_be_wider(arm: aa.Arm) -> None:
     """The limits that `explain` names block alone, and `solve` finds joints once an opening is made."""
     rng = np.random.default_rng(11)
@@ -403,7 +513,7 @@ def wider(arm: aa.Arm, opening: Any, more: float) -> aa.Arm:
     return arm.with_(lower=arm.lower - by) if opening.side == "lower" else arm.with_(upper=arm.upper + by)
 
 
-@pytest.mark.parametrize("arm", OFFSET, ids=named)
+@of(OFFSET)
 def test_the_nearest_pose_within_reach_is_at_its_edge(arm: aa.Arm) -> None:
     """`explain` out of reach gives the nearest pose within reach and its distance."""
     rng = np.random.default_rng(12)
@@ -420,17 +530,15 @@ def test_the_nearest_pose_within_reach_is_at_its_edge(arm: aa.Arm) -> None:
             continue
         far += 1
         assert all(branch.excess == told.nearest_gap for branch in told.branches)
-        for turn in rng.normal(size=(30, 3)):  # nothing nearer is within reach
-            other = one.copy()
-            other[:3, 3] += turn / np.linalg.norm(turn) * told.nearest_gap * 0.999
+        for way in rng.normal(size=(30, 3)):  # nothing nearer is within reach
+            other = moved(one, way / np.linalg.norm(way) * told.nearest_gap * 0.999)
             assert (free.feasible(other).status == aa.Status.UNREACHABLE).all()
-        beyond = told.nearest.copy()
-        beyond[:3, 3] += away / told.nearest_gap * 1e-6
+        beyond = moved(told.nearest, away / told.nearest_gap * 1e-6)
         assert (free.feasible(beyond).status != aa.Status.UNREACHABLE).all()
     assert far > 5
 
 
-@pytest.mark.parametrize("arm", [*EXACT, *OFFSET], ids=named)
+@of(CLOSED)
 @pytest.mark.parametrize("about", ["base", "tool"])
 def test_turns_are_those_at_which_the_turned_pose_is_held(arm: aa.Arm, about: Any) -> None:
     """`feasible_turns` holds the angles about base or tool z at which the turned pose is feasible."""
@@ -444,12 +552,8 @@ def test_turns_are_those_at_which_the_turned_pose_is_held(arm: aa.Arm, about: An
     inside = 0
     for i in range(6):
         angle = rng.uniform(-np.pi, np.pi, 150)
-        turn = np.tile(np.eye(4), (150, 1, 1))
-        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
-        turn[:, 1, 0] = np.sin(angle)
-        turn[:, 0, 1] = -np.sin(angle)
-        back = np.linalg.inv(frame)
-        turned = frame @ turn @ back @ pose[i] if about == "base" else pose[i] @ back @ turn @ frame
+        about_z, back = aa.pose(np.zeros(3), rotvec=angle[:, None] * Z), np.linalg.inv(frame)
+        turned = frame @ about_z @ back @ pose[i] if about == "base" else pose[i] @ back @ about_z @ frame
         held = narrow.feasible(turned).ok.any(axis=-1)
         ends = turns.intervals[i][: turns.count[i]].ravel()
         gap = np.abs((angle[:, None] - ends + np.pi) % (2 * np.pi) - np.pi).min(axis=1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support import draw, streams
-from support.calibrated import calibrated, calibrated_offset
+from support.calibrated import calibrated
 from support.threads import in_threads
 
 import armangle as aa
@@ -19,7 +19,7 @@ STARTS, ROUNDS = 200, 60
 ARM_OF = {name: aa.Arm.from_catalogue(name) for name in ("kuka_iiwa14_r820", "realman_rm75_b")}
 OFFSET = {name: aa.Arm.from_catalogue(name) for name in ("franka_fr3", "fetch", "willow_garage_pr2_right")}
 CHAIN = {"calibrated iiwa": calibrated("kuka_iiwa7_r800", 1.0, 1.0)}
-EVERY = {**ARM_OF, **OFFSET, **CHAIN, "calibrated Franka": calibrated_offset("franka_fr3", 1.0, 1.0)}
+EVERY = {**ARM_OF, **OFFSET, **CHAIN, "calibrated Franka": calibrated("franka_fr3", 1.0, 1.0)}
 OUT_OF_REACH = (aa.Status.UNREACHABLE, aa.Status.FOLDED, aa.Status.ELBOW_LIMIT)
 KINDS = ("reach", "limits", "edge", "inner")
 

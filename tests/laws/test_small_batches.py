@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support import draw
-from support.calibrated import calibrated, calibrated_offset
+from support.calibrated import calibrated
 from support.strategies import Array
 from support.threads import in_threads
 
@@ -15,7 +15,7 @@ LENGTHS = (1, 2, 16, 17, 40)
 ARMS = {
     "srs": aa.Arm.load("kuka_iiwa7_r800"), "offset": aa.Arm.load("franka_fr3"),
     "srs chain": calibrated("kuka_iiwa7_r800", 1.0, 1.0),
-    "offset chain": calibrated_offset("franka_fr3", 1.0, 1.0),
+    "offset chain": calibrated("franka_fr3", 1.0, 1.0),
 }  # fmt: skip
 
 

@@ -331,7 +331,7 @@ def test_an_exact_arm_of_a_file_comes_before_one_with_an_offset() -> None:
     assert Arm.from_urdf(text, tip="l_tip").geometry.joint_names[0] == "l_joint_1"
 
 
-def test_a_calibrated_offset_arm_is_near_one_with_its_residual() -> None:
+def test_a_calibrated_arm_is_near_one_with_its_residual() -> None:
     """`urdf_candidates` calls a calibrated offset arm near one, with its residual."""
     text = FR3.to_urdf().replace('xyz="0.0825 0.0 0.316"', 'xyz="0.0825 0.0005 0.316"')
     assert text != FR3.to_urdf()

@@ -363,7 +363,7 @@ def calibrated(arm: aa.Arm, seed: int = 0) -> Chain:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_calibrated_offset_arm_keeps_its_chain_and_tolerances_idealise_it(seed: int) -> None:
+def test_a_calibrated_arm_keeps_its_chain_and_tolerances_idealise_it(seed: int) -> None:
     """`load` of a calibrated offset arm keeps its chain; tolerances make it ideal with its residual."""
     chain = calibrated(FR3, seed)
     text = write_chain(chain, "calibrated")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.calibrated import ARMS as CALIBRATED
-from support.calibrated import calibrated, calibrated_offset
+from support.calibrated import calibrated
 from support.moves import in_a_loop, moved
 
 import armangle as aa
@@ -23,7 +23,7 @@ MIRRORED = aa.Arm(
 OFFSET = [aa.Arm.from_catalogue(name) for name in ("franka_fr3", "ufactory_xarm7", "willow_garage_pr2_right")]
 OFFSET.append(MIRRORED)
 CHAIN = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
-OFFSET_CHAIN = [calibrated_offset("franka_fr3", 1.0, 1.0), calibrated_offset("fetch", 1.0, 1.0)]
+OFFSET_CHAIN = [calibrated("franka_fr3", 1.0, 1.0), calibrated("fetch", 1.0, 1.0)]
 ARMS = [aa.Arm.from_catalogue("kuka_iiwa7_r800"), CHAIN, *OFFSET, *OFFSET_CHAIN]
 POLICIES: Any = (aa.Repulsion(), aa.Hold(), aa.Centre(K=0.3))
 DT = 0.01

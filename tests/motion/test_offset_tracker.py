@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from motion.test_offset_steps import ARMS, FR3, READY, motion
-from support.calibrated import calibrated_offset
+from support.calibrated import calibrated
 
 import armangle as aa
 
@@ -27,10 +27,10 @@ def keeps_bounds(arm: aa.Arm, q0: Any, ticks: list[aa.types.Tracked], dt: float,
     assert (arm.limit_margin(q) >= -1e-9).all()
 
 
-FETCH = calibrated_offset("fetch", 1.0, 1.0)
+FETCH = calibrated("fetch", 1.0, 1.0)
 CHAINS = [
-    calibrated_offset("franka_fr3", 1.0, 1.0),
-    calibrated_offset("franka_fr3", 20.0, 10.0),
+    calibrated("franka_fr3", 1.0, 1.0),
+    calibrated("franka_fr3", 20.0, 10.0),
     FETCH.with_(lower=np.maximum(FETCH.lower, -3.0), upper=np.minimum(FETCH.upper, 3.0)),
 ]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.calibrated import calibrated, calibrated_offset
+from support.calibrated import calibrated
 from support.draw import count, generator
 from support.moves import along, line, moved, refused, slopes_hold
 from support.planned_arms import IIWA
@@ -141,7 +141,7 @@ def test_poses_one_and_many() -> None:
 
 
 @pytest.mark.turns(2)
-@pytest.mark.parametrize("arm", [*ARMS, OFFSET[0], calibrated_offset("franka_fr3", 1.0, 1.0)])
+@pytest.mark.parametrize("arm", [*ARMS, OFFSET[0], calibrated("franka_fr3", 1.0, 1.0)])
 def test_a_followed_path_comes_as_far_as_with_its_own_roll(arm: aa.Arm) -> None:
     """`follow` with free roll reaches at least as many rows as without."""
     rng, further = generator(16, 52), 0

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.calibrated import calibrated, calibrated_offset
+from support.calibrated import calibrated
 from support.needs import need
 
 import armangle as aa
@@ -22,8 +22,8 @@ ARMS = {
     "srs_chain": calibrated("kuka_iiwa7_r800", 0.5, 0.5),
     "offset_wrist": aa.Arm.load("franka_fr3"),
     "offset_shoulder": aa.Arm.load("fetch"),
-    "offset_wrist_chain": calibrated_offset("franka_fr3", 0.5, 0.5),
-    "offset_shoulder_chain": calibrated_offset("fetch", 0.5, 0.5),
+    "offset_wrist_chain": calibrated("franka_fr3", 0.5, 0.5),
+    "offset_shoulder_chain": calibrated("fetch", 0.5, 0.5),
 }
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.calibrated import calibrated, calibrated_offset
+from support.calibrated import calibrated
 
 import armangle as aa
 
@@ -74,7 +74,7 @@ KINDS: list[tuple[aa.Arm, Rows]] = [
     (aa.Arm.from_catalogue("franka_fr3"), steps(WRIST, carry="elbow")),
     (MIRRORED, OFFSET),
     (calibrated("kuka_iiwa7_r800", 1.0, 1.0), OWN),
-    (calibrated_offset("franka_fr3", 1.0, 1.0), BOTH),
+    (calibrated("franka_fr3", 1.0, 1.0), BOTH),
 ]
 
 

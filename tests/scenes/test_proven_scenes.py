@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scenes.test_chain_scenes import ALL_LINKS, BASE, BONES, CHAINS, away, obstacles, questions
-from support.calibrated import ARMS, calibrated_offset
+from support.calibrated import ARMS, calibrated
 from support.chains import read_urdf
 from support.draw import count
 from support.touching import distances
@@ -29,8 +29,8 @@ FAMILIES = {
     "on another base": FR3.with_(base=BASE, tool=TOOL, name="FR3 upside"),
     "shoulder on another base": PR2.with_(base=BASE, tool=TOOL, name="PR2 upside"),
     "own chain": ARMS["kuka_iiwa7_r800 1.0 mm"],
-    "franka_fr3 on its own chain": calibrated_offset("franka_fr3", 1.0, 1.0),
-    "fetch on its own chain": calibrated_offset("fetch", 1.0, 1.0),
+    "franka_fr3 on its own chain": calibrated("franka_fr3", 1.0, 1.0),
+    "fetch on its own chain": calibrated("fetch", 1.0, 1.0),
 }
 FREE = {name: arm for name, arm in FAMILIES.items() if arm.redundancy != "arm_angle"}
 HOME = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])

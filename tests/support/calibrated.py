@@ -26,29 +26,27 @@ def off(links: Array, mm: float, mrad: float, rng: np.random.Generator) -> Array
     return np.array([link @ aa.pose(s, rotvec=t) for link, s, t in zip(links, shifts, turns, strict=True)])
 
 
+def description(arm: aa.Arm) -> OffsetDescription:
+    """The description of an arm of any family, as read from a file."""
+    return OffsetDescription(**{f.name: arm._number(f.name) for f in fields(OffsetDescription)})
+
+
+def own_links(arm: aa.Arm) -> Array:
+    """The links (8, 4, 4) of an arm: those of its chain, or of its lengths, zeros and signs."""
+    chain = arm.geometry.chain
+    return links_of(chain_of(description(arm))) if chain is None else np.asarray(chain)
+
+
 def calibrated(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
-    """An S-R-S arm of the catalogue on its own chain, whose links are off at random by `mm` and
-    `mrad` (RMS).
-    """
+    """An arm of the catalogue on its own chain, whose links are off at random by `mm` and `mrad` (RMS)."""
     arm = aa.Arm.from_catalogue(name)
-    rng = generator(seed, round(10 * mm), len(name))
-    return arm.with_(chain=off(links_of(chain_of(arm._description())), mm, mrad, rng))
-
-
-def calibrated_offset(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
-    """An arm of the catalogue with an offset wrist or shoulder, its links off at random by `mm` and `mrad`
-    (RMS).
-    """
-    arm = aa.Arm.from_catalogue(name)
-    rows = OffsetDescription(**{f.name: arm._number(f.name) for f in fields(OffsetDescription)})
-    rng = generator(seed, round(10 * mm), len(name))
-    return arm.with_(chain=off(links_of(chain_of(rows)), mm, mrad, rng))
+    return arm.with_(chain=off(own_links(arm), mm, mrad, generator(seed, round(10 * mm), len(name))))
 
 
 def plain_forward(arm: aa.Arm, q: Array) -> Array:
-    """The tip pose of an arm's own chain at joints (7,), multiplied link by link."""
-    pose = arm.geometry.chain[0]
-    for angle, link in zip(q, arm.geometry.chain[1:], strict=True):
+    """The tip pose of an arm at joints (7,), its own links multiplied one by one."""
+    pose, *links = own_links(arm)
+    for angle, link in zip(q, links, strict=True):
         pose = pose @ turn(Z, angle) @ link
     return pose
 

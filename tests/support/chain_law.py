@@ -9,8 +9,7 @@ import numpy as np
 
 import armangle as aa
 from armangle.models.catalogue import srs_catalogue
-from armangle.models.chain import chain_of, links_of
-from support.calibrated import Array, off
+from support.calibrated import Array, off, own_links
 from support.laws import circle_gap, members
 from support.limit_cases import box
 
@@ -185,7 +184,7 @@ def drawn(seed: int, number: int, name: str) -> Case | None:
     rng = np.random.default_rng([79, seed, number])
     mm, mrad = 0.1 * 20 ** rng.random(), 0.1 * 50 ** rng.random()
     exact = aa.Arm.from_catalogue(name)
-    arm = exact.with_(chain=off(links_of(chain_of(exact._description())), mm, mrad, rng))
+    arm = exact.with_(chain=off(own_links(exact), mm, mrad, rng))
     lower, upper = (np.clip(limit, -np.pi, np.pi) for limit in (arm.lower, arm.upper))
     pose, psi, gc = arm.forward(rng.uniform(lower, upper), on_error="nan")
     if not np.isfinite(psi):

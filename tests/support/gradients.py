@@ -7,7 +7,7 @@ import numpy as np
 import armangle as aa
 
 from . import draw
-from .calibrated import calibrated_offset
+from .calibrated import calibrated
 from .strategies import bends
 
 NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7")
@@ -30,7 +30,7 @@ def named(name: str) -> aa.Arm:
     1 mrad.
     """
     own = name.startswith("calibrated ")
-    return calibrated_offset(name.split()[1], 1.0, 1.0) if own else aa.Arm.from_catalogue(name)
+    return calibrated(name.split()[1], 1.0, 1.0) if own else aa.Arm.from_catalogue(name)
 
 
 def postures(name: str, count: int, *seed: int) -> tuple[aa.Arm, np.ndarray]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.calibrated import calibrated_offset
+from support.calibrated import calibrated
 from support.moves import moved, refused
 
 import armangle as aa
@@ -91,7 +91,7 @@ def test_a_start_that_is_no_posture_is_refused(start: object, error: type, messa
 
 
 OFFSET = [aa.Arm.load(name) for name in ("franka_fr3", "ufactory_xarm7", "willow_garage_pr2_left", "fetch")]
-OFFSET += [calibrated_offset("franka_fr3", 1.0, 1.0), calibrated_offset("fetch", 1.0, 1.0)]
+OFFSET += [calibrated("franka_fr3", 1.0, 1.0), calibrated("fetch", 1.0, 1.0)]
 
 
 @pytest.mark.parametrize("made", OFFSET, ids=lambda arm: f"{arm.name} {arm.kind}")
