@@ -275,7 +275,7 @@ BONES = aa.Body.bones(0.05, 0.05)
 
 
 @pytest.mark.turns(2)
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY)
 def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
     """A plan in a scene that succeeds keeps its clearance, by plain distances, also where the one without
     obstacles does not.
@@ -301,10 +301,10 @@ def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
 
 
 @pytest.mark.turns(4)
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY)
 def test_a_plan_among_what_moves_is_clear_at_every_moment(name: str) -> None:
     """A plan with `scene` a function of s, if it succeeds, keeps its clearance from the scene of each s."""
-    rng, detours, bare = np.random.default_rng(9), 0, aa.Arm.from_catalogue(name).with_(body=BONES)
+    rng, detours, bare = np.random.default_rng(9), 0, named(name).with_(body=BONES)
     for without in planned(name)[:3]:
         elbow = bare.frames(without.at([0.5]).q)[0, 3, :3, 3]
         way = rng.normal(size=3)

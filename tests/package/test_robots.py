@@ -149,8 +149,8 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
     '`aa.plan(roll="free")`': (
         lambda at: aa.plan(at.arm, aa.Line(at.pose, at.next), start=at.q, roll="free"),
     ),
-    "`aa.plan`": (lambda at: aa.plan(at.arm, aa.Line(at.pose, at.next), start=at.q).certified,),
-    "`aa.plan` with `scene`": (
+    "`aa.plan`, with `scene` too": (
+        lambda at: aa.plan(at.arm, aa.Line(at.pose, at.next), start=at.q).certified,
         lambda at: aa.plan(at.guarded(), aa.Line(at.pose, at.next), start=at.q).certified,
     ),
     "`aa.Tracker`": (lambda at: tracked(aa.Tracker(at.arm, dt=0.01, velocity=1.0), at),),

@@ -59,11 +59,8 @@ OWN: Rows = [
         ("aa.kuka", lambda arm: aa.kuka.to_e1(arm, q(arm))),
     )
 ]
-BONES = aa.Body.bones(0.05, 0.05)
 BOTH: Rows = [
     ("deviation", lambda arm: arm.deviation.bands),
-    ("plan with a scene", lambda arm: aa.plan(arm, [pose(arm)] * 2, scene=lambda s: aa.Scene([]))),
-    ("plan with a scene", lambda arm: aa.plan(arm.with_(body=BONES, scene=aa.Scene([])), [pose(arm)] * 2)),
     ("singularity_margin= is not made for", lambda arm: arm.with_(singularity_margin=0.1)),
     ("feasible_turns", lambda arm: arm.feasible_turns(pose(arm), about="tool")),
     ("place", lambda arm: aa.place(arm, pose(arm)[None], [0.0], [0.0])),

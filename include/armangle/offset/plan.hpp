@@ -42,8 +42,7 @@ inline Plan plan(const OffsetArm& arm, const Segment* segments, std::size_t n, c
     return detail::planned_of(OffsetFamily(arm), segments, n, options, tuning);
 }
 
-/// The same on an arm with its own chain. There must be no obstacles: what is not proven would be called
-/// blocked.
+/// The same on an arm with its own chain, for which the obstacles are prepared.
 inline Plan plan(const OffsetChain& arm, const Segment* segments, std::size_t n, const PlanOptions& options,
                  const FamilyTuning& tuning = {}) {
     return detail::planned_of(OffsetChainFamily(arm), segments, n, options, tuning);

@@ -75,7 +75,7 @@ private:
     struct Section {
         double s;
         Pose<double> pose;
-        ArcSet arcs;
+        ArcSet arcs, unproven;  // all that may be used, and what of it is not proven
         Status status;
         Tag pair;       // that touches, where obstacles leave nothing
         double wished;  // the target of the redundant parameter; NaN if none is best
@@ -164,6 +164,17 @@ private:
         return out.cost == out.cost;
     }
 
+    /// The same, and false if the value is not proven and touches an obstacle.
+    bool clear_state(const Section& at, int gc, double free, const double* near, State& out) const noexcept {
+        return state(at, gc, free, near, out) && !touches(at, free, out.q);
+    }
+    /// Whether joints of a section touch an obstacle; false where that is proven of their redundant
+    /// parameter.
+    bool touches(const Section& at, double free, const double* q) const noexcept {
+        if (!options_.scenes || find(at.unproven, wrap(free)).index < 0) return false;
+        return !is_clear(family_.arm(), options_.scenes.at(at.s), q);
+    }
+
     /// The difference of two values of joint j (rad): the shorter way round if its range is at least 2 pi.
     double way(int j, double from, double to) const noexcept {
         return has_a_turn_[j] ? wrap(to - from) : to - from;
@@ -203,21 +214,38 @@ private:
             if (!(asked >> gc & 1u)) continue;
             Tag pair = 0;
             keep_open(s, at, gc, found[gc], pair);
-            out[gc] = {s, at, found[gc].arcs, found[gc].status, pair, not_a_number};
+            out[gc] = {s, at, found[gc].arcs, found[gc].open, found[gc].status, pair, not_a_number};
         }
     }
-    /// Reduces proven arcs to those that the user permits and in which the arm is collision-free; `pair` is
-    /// the one that leaves none.
+    /// Reduces arcs to those that the user permits and in which the arm is collision-free; `pair` is the one
+    /// that leaves none. Unless the family is explicit, found.open becomes what is proven neither way, and is
+    /// added to the arcs: the proof of the curve decides there.
     void keep_open(double s, const Pose<double>& at, int gc, ProvenArcs& found, Tag& pair) const {
-        if (options_.allowed && !found.arcs.empty()) {
-            const ArcSet own = found.arcs;
-            intersect(own, permitted(s), found.arcs);
+        ArcSet open = found.open, all;
+        if constexpr (explicit_family<F>) make_empty(open);
+        if (options_.allowed && !(found.arcs.empty() && open.empty())) {
+            const ArcSet may = permitted(s);
+            for (ArcSet* arcs : {&found.arcs, &open}) {
+                const ArcSet own = *arcs;
+                intersect(own, may, *arcs);
+            }
             if (found.arcs.empty()) found.status = Status::NOT_ALLOWED;
         }
         const ScenesAlong& scenes = options_.scenes;
-        if (!scenes) return;
-        for (int k = scenes.first(s); k <= scenes.last(s) && !found.arcs.empty(); ++k)
-            keep_clear(family_.arm(), scenes[k], at, gc, found, pair);
+        for (int k = scenes ? scenes.first(s) : 0; scenes && k <= scenes.last(s) && !found.arcs.empty();
+             ++k) {
+            ArcSet left;
+            keep_clear(family_.arm(), scenes[k], at, gc, found, pair, false, {}, &left);
+            if (found.status == Status::POSE_BLOCKED) make_empty(open);
+            if (explicit_family<F> || left.empty()) continue;
+            unite(open, left, all);
+            open = all;
+        }
+        found.open = open;
+        if (open.empty()) return;
+        unite(found.arcs, open, all);
+        found.arcs = all;
+        found.status = Status::OK;
     }
     /// The arcs that the user permits at s.
     ArcSet permitted(double s) const {
@@ -303,9 +331,10 @@ private:
 
     // -- search
 
-    /// Whether the arcs of a section contain a given end, up to rounding.
+    /// Whether the arcs of a section contain a given end, up to rounding, which does not touch an obstacle.
     bool is_held(const Section& at, const End& end) const noexcept {
-        return abs(wrap(nearest(at.arcs, wrap(end.lambda)) - end.lambda)) <= tuning_.beside;
+        return abs(wrap(nearest(at.arcs, wrap(end.lambda)) - end.lambda)) <= tuning_.beside &&
+               !touches(at, end.lambda, end.q);
     }
     /// The start or goal that section k must use; null: none.
     const End* anchor(const Branch& branch, std::size_t k) const noexcept {
@@ -320,7 +349,7 @@ private:
         const Section& section = branch.sections[k];
         const auto add = [&](double free) {
             Node node{{}, infinity, -1};
-            if (state(section, branch.report.gc, free, nullptr, node.state) &&
+            if (clear_state(section, branch.report.gc, free, nullptr, node.state) &&
                 within_limits(limits_, node.state.q, tolerance::angle))
                 out.push_back(node);
         };
@@ -415,10 +444,11 @@ private:
             const bool at_start = k == 0 && ends_[0].q;
             const bool at_goal =
                 k + 1 == branch.sections.size() && ends_[1].q && !is_held(branch.sections[k], ends_[1]);
-            report.verdict = report.given_up ? Verdict::unresolved : Verdict::dead_end;
+            const bool unproven = !branch.sections[k].unproven.empty();
+            report.verdict = report.given_up || unproven ? Verdict::unresolved : Verdict::dead_end;
             if (at_start) report.verdict = Verdict::start;
             if (at_goal) report.verdict = Verdict::goal;
-            report.status = Status::LIMITS;
+            report.status = unproven ? Status::NEAR_SINGULAR : Status::LIMITS;
             report.from = report.to = branch.sections[k > 0 ? k - 1 : 0].s;
             report.reached = report.from;
             if (at_goal) refuses(ends_[1], 1.0, report);
@@ -656,7 +686,7 @@ private:
                     const double wanted = way[k].free + share * move[k];
                     const double free =
                         anchor(branch, k) ? way[k].free : within_arc(at[k], way[k].free, wanted);
-                    there = state(at[k], branch.report.gc, free, way[k].q, next[k]);
+                    there = clear_state(at[k], branch.report.gc, free, way[k].q, next[k]);
                 }
                 const double cost = there ? cost_of(branch, next) : infinity;
                 if (!(cost < branch.cost)) continue;
@@ -703,7 +733,7 @@ private:
                 const double between = 0.5 * (from.free + to.free);
                 const double moved = between + wrap(nearest(half.arcs, wrap(between)) - between);
                 State here;
-                if (!state(half, branch.report.gc, within_arc(half, moved, moved), from.q, here))
+                if (!clear_state(half, branch.report.gc, within_arc(half, moved, moved), from.q, here))
                     return false;
                 sections.push_back(half);
                 way.push_back(here);

@@ -30,8 +30,7 @@ struct OnSelfMotion {
 ///   place(pose, gc, lambda, d)      directions of a posture; returns the room, a share of the reach, that is
 ///                                   positive where there is one: 0 at a fold and at the end of the reach
 ///                                   of an explicit family
-///   arcs(pose, limits, asked, out)  the feasible arcs of the branches asked (bit k: GC k), with those that
-///                                   are not excluded where a family is not explicit
+///   arcs(pose, limits, asked, out)  the feasible arcs of the branches asked (bit k: GC k)
 ///   keep_margin(q, limits)          draws limits in to the joints that keep the arm's singularity margin, in
 ///                                   the branch and the revolutions of q
 ///   excess(pose)                    m that the pose is out of reach at least, whatever lambda; <= 0: it is

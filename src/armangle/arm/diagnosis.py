@@ -73,8 +73,9 @@ class Branch:
         that the start reaches continues. START, GOAL: that configuration violates limits, is in another
         branch, collides, or is singular, so that no arm angle gives it; or it belongs to a true chain and its
         nominal arm does not have it (`status` NO_CONVERGENCE). UNRESOLVED: the sections connect, but every
-        curve tried through them violates a limit between, or leads through a fold (`status` NO_POSTURE); or
-        the search was given up (`given_up`).
+        curve tried through them violates a limit between, or leads through a fold (`status` NO_POSTURE), or
+        where branches of an own chain meet and nothing is proven (NEAR_SINGULAR); or the search was given up
+        (`given_up`).
     status : Status
         The status of the poses in question.
     s_from, s_to : float

@@ -15,8 +15,6 @@ from ..arm.chain import unsupported as chain_lacks
 from ..arm.joint_map import to_theta
 from ..arm.offset import OffsetArm
 from ..arm.offset import unsupported as offset_lacks
-from ..arm.offset_chain import OffsetChainArm
-from ..arm.offset_chain import unsupported as offset_chain_lacks
 from ..errors import InputError, UnreachableError
 from ..status import Status
 from .curves import AnyCurve, Curve, OffsetCurve
@@ -48,11 +46,14 @@ def check_step(arm: Arm, roll: object, carry: object, policy: object, allowed: o
 
 
 def check_plan(arm: Arm, scene: object) -> None:
-    """Raise if the kind of arm has no plans among obstacles, or none among those that move."""
-    if isinstance(arm, OffsetChainArm) and not (scene is None and arm.scene is None):
-        raise offset_chain_lacks("plan with a scene", "follow keeps clear of it, step by step")
+    """Raise if the kind of arm has no plans among obstacles that move."""
     if not isinstance(arm, OffsetArm) and arm.geometry.chain is not None and callable(scene):
         raise chain_lacks("plan with a scene that moves", "follow, which takes one for each row")
+
+
+def planned_arm(arm: Arm) -> Arm:
+    """Return the arm for which a plan's obstacles are prepared: of a nearly S-R-S arm the nominal one."""
+    return arm if isinstance(arm, OffsetArm) else arm._nominal
 
 
 def branches_of(arm: Arm, q: Floats, gc: Ints) -> Ints:

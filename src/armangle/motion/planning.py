@@ -36,7 +36,7 @@ from ..scenes.scene import Scene, no_scene
 from ..status import Status
 from .curves import Curve
 from .joint_path import ROW_STEP, JointPath, blank_rows, even_parameters, rows_between
-from .kinds import check_plan
+from .kinds import check_plan, planned_arm
 from .options import free_roll, positive
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
@@ -225,7 +225,7 @@ def plan(
     SceneError
         If the arm has no collision model, or the scene names an unknown link.
     UnsupportedError
-        For an arm on its own chain if obstacles move; with an offset wrist or shoulder, with any scene.
+        For a nearly S-R-S arm on its own chain if obstacles move.
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
@@ -266,12 +266,13 @@ def plan(
             return best_planned(arm, whole, first, last, planned_rolled, tell)
         weights = _weights(arm, objective)
         standing, more = _standing(arm.scene, scene, obstacle_speed)
-        along, truth = ready_each(arm._nominal, _kept_off(standing, more)), None
-        if arm.geometry.chain is not None and along:
+        planned_for = planned_arm(arm)
+        along, truth = ready_each(planned_for, _kept_off(standing, more)), None
+        if planned_for is not arm and along:
             truth = arm._needed(arm.scene).handle
         handle, last_joint = _with_roll(arm, roll, first, last, scene or arm.scene, kept)
         wished, asked = _wished(psi), _asked(allowed, whole)
-        calm = ready_each(arm._nominal, _kept_off(standing, more, soft=True))
+        calm = ready_each(planned_for, _kept_off(standing, more, soft=True))
 
         def planned(along: list[Ready], first: Floats | None, last: Floats | None, tell: Progress) -> Any:
             """Return the core's plan for these scenes and ends."""

@@ -151,16 +151,11 @@ public:
         return stays(configuration(gc), within) ? Jet<Interval, 1>(Interval(1.0)) : none;
     }
 
-    /// Computes the arcs of the branches in `asked` (bits) that are feasible, or not proven to be none, or
-    /// why a branch has none, in `out`.
+    /// Computes the proven arcs of the branches in `asked` (bits), or why a branch has none, in `out`.
     void arcs(const Pose<double>& pose, const Limits& limits, unsigned asked,
               ProvenArcs (&out)[configurations]) const noexcept {
-        for (int gc = 0; gc < configurations; ++gc) {
-            if (!(asked >> gc & 1u)) continue;
-            feasible(*arm_, pose, gc, limits, out[gc]);
-            const ArcSet proven = out[gc].arcs;
-            unite(proven, out[gc].open, out[gc].arcs);
-        }
+        for (int gc = 0; gc < configurations; ++gc)
+            if (asked >> gc & 1u) feasible(*arm_, pose, gc, limits, out[gc]);
     }
 
     /// Leaves limits as they are: an arm on its own chain with an offset has no singularity margin.
