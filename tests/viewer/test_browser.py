@@ -58,11 +58,21 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+def served(state: ViewerState, *runs: Any) -> Viewer:
+    """Return a viewer in even light: without a GPU, mirrors and shadows take most of the time."""
+    viewer = Viewer(state, *runs, port=0)
+    room = viewer._server.scene
+    room.configure_environment_map(None)
+    room.configure_default_lights(cast_shadow=False)
+    room.add_light_ambient("/light", intensity=2.0)
+    return viewer
+
+
 @pytest.fixture(scope="module")
 def shown(browser: Any) -> Iterator[tuple[Viewer, Any]]:
     """One viewer and one page for all tests: a page takes seconds to begin without a GPU."""
     runs = {f"α = {a}": aa.follow(ARM, _POSES, start=_START, policy=aa.Repulsion(alpha=a)) for a in ALPHAS}
-    viewer = Viewer(ViewerState(ARM, _START), runs, port=0)
+    viewer = served(ViewerState(ARM, _START), runs)
     try:
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
         page.goto(viewer.url + SHARP)
@@ -150,7 +160,7 @@ _WHOLE = "b => [...b.querySelectorAll('*')].every(e => e.scrollWidth <= e.client
 
 def test_a_phone_shows_the_whole_arm_and_tells_the_branches_apart(browser: Any, folder: Path) -> None:
     """On a phone the whole arm is above the panel, and no name of a branch is cut."""
-    viewer = Viewer(ViewerState(FULL, _START), port=0)
+    viewer = served(ViewerState(FULL, _START))
     page = browser.new_page(viewport=PHONE)
     page.set_default_timeout(4e3 * PATIENCE)
     try:
@@ -199,7 +209,7 @@ def test_a_box_is_dragged_and_what_touches_is_red(browser: Any, folder: Path) ->
     elbow = BODY_ARM.elbow(_START)
     crate = aa.Box(aa.pose([0.5, 0.4, 0.5]), [0.12, 0.12, 0.12], name="crate")
     scene = aa.Scene([crate, aa.Ball(elbow + np.array([0, 0, 0.5]), 0.08, name="lamp")], clearance=0.01)
-    viewer = Viewer(ViewerState(BODY_ARM.with_(scene=scene), _START), port=0)
+    viewer = served(ViewerState(BODY_ARM.with_(scene=scene), _START))
     page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
     page.set_default_timeout(4e3 * PATIENCE)  # the first picture
     try:
