@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 # Before numpy: every worker is one thread, and threads of linear algebra that wait keep a processor busy.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -13,6 +14,7 @@ from hypothesis import HealthCheck, settings
 from support import draw
 from support.turns import left_out
 
+HERE = Path(__file__).parent
 LONGEST = ("test_consumer.py", "test_retiming.py", "test_browser.py", "test_docs.py", "test_programs.py")
 """The files that take longest begin first, so that no worker is left with one at the end."""
 
@@ -37,6 +39,12 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "turns(n): one in n of its cases; all of them in `make thorough`")
     if hasattr(config.option, "loadscopereorder"):  # pytest-xdist: those with most tests would begin first
         config.option.loadscopereorder = False
+    worker = getattr(config, "workerinput", None)
+    if worker and [Path(name).resolve() for name in config.args] == [HERE]:
+        # Each worker begins to read elsewhere: what one has compiled in a fresh clone the others find.
+        folders = sorted(str(path) for path in HERE.iterdir() if any(path.glob("test_*.py")))
+        first = int(worker["workerid"].removeprefix("gw")) * len(folders) // worker["workercount"]
+        config.args = folders[first:] + folders[:first]
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -45,4 +53,4 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     config.hook.pytest_deselected(items=list(other))
     items[:] = [item for item in items if item not in other]
     place = {name: k for k, name in enumerate(LONGEST)}
-    items.sort(key=lambda item: place.get(item.path.name, len(place)))
+    items.sort(key=lambda item: (place.get(item.path.name, len(place)), item.path))
