@@ -28,7 +28,7 @@ def files(cli: Cli) -> None:
 PNG, SVG, PDF = (".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize(("words", "kind"), [
     ("ik {R} --intervals --joints {Q}", PNG),

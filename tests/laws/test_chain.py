@@ -132,6 +132,7 @@ def test_what_geometry_has_no_answer_for_says_why() -> None:
     assert arm.deviation.bands[2] > 0.0
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ["openarm_v10", "human_arm_left", "rokae_ar5_left", "agilex_nero"])
 def test_noise_does_not_choose_the_senses_of_axes(name: str) -> None:
     """`describe_chain` finds the same signs, zeros and base in spite of 0.3 mm and mrad of noise."""
@@ -260,6 +261,7 @@ def test_a_chain_with_the_tool_and_base_of_its_arm_is_taken() -> None:
             assert made.with_(chain=links).geometry.chain is not None
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_the_elbow_comes_as_near_to_a_point_as_the_deviation_leaves(name: str) -> None:
     """`psi_towards` of a calibrated arm brings the elbow as near to a point as any psi, but for the

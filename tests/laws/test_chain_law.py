@@ -52,7 +52,7 @@ def test_the_inverse_leads_all_over_an_arc_beside_a_singularity() -> None:
             assert np.isfinite(q).all(), (case.name, lower, upper)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("size", [0.1, 1.0])
 def test_circles_off_the_singular_are_proven_all_round(name: str, size: float) -> None:

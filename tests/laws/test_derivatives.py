@@ -94,6 +94,7 @@ def test_it_is_the_limit_of_differences() -> None:
     assert branches == set(range(8))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_ends_of_arcs_and_their_sum_move_as_said(name: str) -> None:
     """`gradients.feasible` and `gradients.freedom` equal differences of arc ends and freedom."""
@@ -341,7 +342,7 @@ def test_joints_follow_pose_and_free_joint(name: str) -> None:
         assert np.allclose(slope_of(at, 1e-4), slope[..., k], rtol=0, atol=1e-6 * np.abs(slope).max())
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize(
     ("prefer", "step", "off", "kinks"), [("seed", 1e-4, 1e-4, 0.03), ("margin", 1e-4, 1e-2, 0.1)]
 )

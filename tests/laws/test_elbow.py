@@ -55,6 +55,7 @@ def distances(arm: aa.Arm, pose: Array, gc: Array, psi: Array, point: Array) -> 
     return np.asarray(np.linalg.norm(elbow - point[..., None, :], axis=-1))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @any_arm
 @in_every_regime
@@ -75,6 +76,7 @@ def test_no_arm_angle_brings_the_elbow_nearer(arm: aa.Arm, regime: str) -> None:
     assert gap(ahead, behind) <= 1e-12
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @any_arm
 def test_no_arm_angle_brings_the_elbow_farther_along(arm: aa.Arm) -> None:

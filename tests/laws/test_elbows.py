@@ -32,7 +32,7 @@ def test_the_links_are_as_long_as_their_slant(name: str) -> None:
     np.testing.assert_allclose(far, arm.geometry.reach, atol=1e-12)
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("name", LINKS)
@@ -47,7 +47,7 @@ def test_feasible_is_within_limits(name: str, seed: int) -> None:
     assert found.samples == psi.size and found.clear > 0.2 * found.samples
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["forearm", *(name for name in LINKS if LINKS[name][4])])
 def test_plans_over_a_gap_or_a_slant_are_certified_and_true(name: str) -> None:

@@ -249,6 +249,7 @@ def test_what_all_joints_leave_is_what_each_of_them_leaves(arm: aa.Arm) -> None:
         assert abs(both.measure - whole.measure[i]) <= 1e-8
 
 
+@pytest.mark.turns(2)
 @of(CLOSED)
 @pytest.mark.parametrize("wish", ["point", "direction"])
 def test_no_psi_of_a_grid_brings_the_elbow_nearer(arm: aa.Arm, wish: str) -> None:
@@ -350,6 +351,7 @@ def test_freedom_of_a_chain_counts_its_proven_intervals_and_the_branches_with_a_
     np.testing.assert_array_equal(has.status == aa.Status.OK, has.gc != 0)
 
 
+@pytest.mark.turns(2)
 @of(CLOSED, CALIBRATED)
 @pytest.mark.parametrize("metric", ["l2", "max", "margin"])
 def test_no_solution_of_a_grid_costs_less_than_that_of_solve(arm: aa.Arm, metric: str) -> None:
@@ -373,6 +375,7 @@ def test_no_solution_of_a_grid_costs_less_than_that_of_solve(arm: aa.Arm, metric
     assert (own <= known + 1e-9)[proven].all()
 
 
+@pytest.mark.turns(2)
 @of(CLOSED, CALIBRATED)
 def test_what_is_allowed_is_kept_and_nothing_of_it_is_nearer(arm: aa.Arm) -> None:
     """`solve(allowed=)` keeps it, as near as any allowed psi of a grid, or is NOT_ALLOWED."""
@@ -398,6 +401,7 @@ def test_what_is_allowed_is_kept_and_nothing_of_it_is_nearer(arm: aa.Arm) -> Non
         assert arm.solve(pose[0], seed[0], allowed=inner).status is aa.Status.NOT_ALLOWED
 
 
+@pytest.mark.turns(2)
 @of(CLOSED, CALIBRATED)
 @pytest.mark.parametrize("prefer", ["seed", "margin"])
 def test_there_is_one_solution_for_each_branch_and_interval_the_best_first(arm: aa.Arm, prefer: str) -> None:
@@ -513,6 +517,7 @@ def wider(arm: aa.Arm, opening: Any, more: float) -> aa.Arm:
     return arm.with_(lower=arm.lower - by) if opening.side == "lower" else arm.with_(upper=arm.upper + by)
 
 
+@pytest.mark.turns(2)
 @of(OFFSET)
 def test_the_nearest_pose_within_reach_is_at_its_edge(arm: aa.Arm) -> None:
     """`explain` out of reach gives the nearest pose within reach and its distance."""
@@ -538,6 +543,7 @@ def test_the_nearest_pose_within_reach_is_at_its_edge(arm: aa.Arm) -> None:
     assert far > 5
 
 
+@pytest.mark.turns(2)
 @of(CLOSED)
 @pytest.mark.parametrize("about", ["base", "tool"])
 def test_turns_are_those_at_which_the_turned_pose_is_held(arm: aa.Arm, about: Any) -> None:

@@ -48,6 +48,7 @@ def test_feasible_is_within_limits() -> None:
     assert found.clear > 0.5 * found.samples
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("bend", WHOLE_CIRCLE, ids=str)
 def test_poses_that_are_singular_for_every_psi(bend: list[float]) -> None:
@@ -249,7 +250,7 @@ def test_empty_batches(shape: tuple[int, ...]) -> None:
 HINGES = [1, 5]
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("joint", [0, 1, 2, 4, 5, 6])
 @pytest.mark.parametrize("half_range", [0.0, 0.5e-9, 1e-8])
@@ -308,7 +309,7 @@ def test_a_joint_locked_where_it_stops_turning_leaves_its_psi() -> None:
             assert abs(arm.inverse(pose, found.intervals[0, 0], gc, limits=False)[joint] - q[joint]) <= 1e-12
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [0.5, 0.01])
 @pytest.mark.parametrize("off", [0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9])
@@ -349,7 +350,7 @@ def mended(arm: aa.Arm) -> MendedArm:
     return MendedArm(**{name: arm._number(name) for name in names})
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize("arm", [arm for arm in arms() if arm.geometry.d_4 == 0], ids=lambda arm: arm.name)
 def test_a_second_implementation_finds_the_same_joints_and_slopes(arm: aa.Arm) -> None:
     """Poses, joints and self-motions equal those of the second implementation, if not singular."""
@@ -410,6 +411,7 @@ def test_a_second_implementation_finds_the_same_arcs(margin: float) -> None:
     assert [line for line in said if line] == []
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", srs_catalogue())
 @pytest.mark.parametrize("margin", [0.0, 0.1])
 def test_all_branches_at_once_are_the_branches_one_by_one(name: str, margin: float) -> None:

@@ -50,7 +50,7 @@ def same_but_for_roll(a: np.ndarray, b: np.ndarray) -> None:
     assert np.allclose(a[..., :3, 2:], b[..., :3, 2:], rtol=0, atol=1e-9)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("metric", ["l2", "max"])
 @pytest.mark.parametrize("weight", [None, np.array([1.0, 2.0, 0.5, 1.0, 0.0, 3.0, 0.7])])
 def test_no_roll_of_a_ladder_has_a_nearer_posture(metric: str, weight: np.ndarray | None) -> None:

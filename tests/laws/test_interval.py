@@ -36,6 +36,7 @@ def samples(seed: int, *, points: bool = False) -> tuple[np.ndarray, np.ndarray]
     return ends, np.clip(inside, ends[:, 0], ends[:, 1])
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("points", [False, True])
 @pytest.mark.parametrize("operation", [ADD, SUBTRACT, MULTIPLY, DIVIDE, SQUARE, ABS, MIN, MAX])
@@ -78,6 +79,7 @@ def test_roots_enclose_values_of_fifty_digits(operation: int) -> None:
             assert mpmath.mpf(low) <= exact <= mpmath.mpf(high)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize(("operation", "name"), [(SIN, "sin"), (COS, "cos")])
 @pytest.mark.parametrize("width", [0.0, 1e-9, 0.3, 0.99, 3.0])
 def test_sine_and_cosine_enclose_values_of_fifty_digits(operation: int, name: str, width: float) -> None:

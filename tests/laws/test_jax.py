@@ -25,6 +25,7 @@ def double() -> Iterator[None]:
     jax.config.update("jax_enable_x64", before)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", FAMILIES)
 def test_the_numbers_are_those_of_arm(name: str) -> None:
     """Functions of `jax.Kinematics` under jit equal those of Arm to the bit."""
@@ -58,6 +59,7 @@ def test_float32_is_computed_in_float64() -> None:
     )
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", FAMILIES)
 def test_derivatives_are_the_limit_of_differences(name: str) -> None:
     """jvp and grad of `forward` and `inverse` equal differences."""
@@ -104,7 +106,7 @@ def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm(name: s
     assert np.array_equal(slope, aa.gradients.limit_margin(arm, q))
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
 @pytest.mark.parametrize("prefer", ["seed", "margin"])
 def test_derivatives_go_through_solve(prefer: str, name: str) -> None:
@@ -138,7 +140,7 @@ def test_derivatives_go_through_solve(prefer: str, name: str) -> None:
     assert np.allclose(single, aa.gradients.solve(arm, pose, seed)[..., 6:], rtol=0, atol=1e-3)
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_all_ways_to_a_derivative_agree(name: str) -> None:

@@ -33,6 +33,7 @@ def sample(arm: aa.Arm, regime: str, seed: int = 0, n: int = N) -> tuple[Array, 
     return q, *arm.forward(q)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.core
 @any_arm
 @in_every_regime

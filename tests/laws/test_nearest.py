@@ -24,6 +24,7 @@ ROUNDING = 1e-10
 AT_AN_END = 1e-8  # the grid goes 1e-9 rad beyond an end of an arc, where the cost has a slope
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("case", cases(draw.count(60), draw.SEED), ids=str)
 def test_no_grid_finds_a_nearer_posture(case: Case) -> None:
     """`solve` costs no more than a polished grid, holds pose and limits, and agrees with `solutions`."""
@@ -82,7 +83,7 @@ MARGINS = {
 """Arms whose joints 2 and 6 decide most margins alone, by |theta|, and others."""
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @pytest.mark.parametrize("name", MARGINS)
 def test_no_grid_keeps_a_larger_margin(name: str) -> None:
     """`solve(prefer="margin")` has no smaller margin than a polished grid."""

@@ -142,6 +142,7 @@ def test_what_inverse_answers_beside_an_end_is_on_its_pose(arm: aa.Arm) -> None:
     np.testing.assert_allclose(arm.forward(found[there])[0], wanted, rtol=0, atol=1e-11)
 
 
+@pytest.mark.turns(2)
 @of(OFFSETS)
 def test_of_a_parked_posture_nothing_nearer_is_missed_where_the_answer_says_ok(arm: aa.Arm) -> None:
     """A solution OK of parked joints is no farther than these joints, but for 1e-6 rad."""
@@ -158,7 +159,7 @@ def test_of_a_parked_posture_nothing_nearer_is_missed_where_the_answer_says_ok(a
     assert found.ok.all() and (farther < 1e-6).mean() > 0.9  # what is not proven is the nearest nearly always
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @of(OFFSETS)
 def test_of_a_parked_posture_on_further_limits_nothing_nearer_is_missed(arm: aa.Arm) -> None:
     """With limits moved onto parked joints, where arcs are narrowest, a solution OK is no farther than these
@@ -180,7 +181,7 @@ def test_of_a_parked_posture_on_further_limits_nothing_nearer_is_missed(arm: aa.
     assert not missed
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @of(OFFSETS)
 def test_every_end_and_middle_of_an_arc_has_a_posture(arm: aa.Arm) -> None:
     """`inverse` has joints at all ends and middles of arcs near parked joints."""

@@ -72,6 +72,7 @@ def test_the_other_joints_are_singular_where_a_margin_is_kept_and_at_folds(arm: 
     np.testing.assert_allclose(np.abs(np.linalg.det(others)), said, rtol=0, atol=1e-13)
 
 
+@pytest.mark.turns(2)
 @EVERY
 @BOTH
 def test_intervals_are_the_values_of_a_grid_that_keep_the_margin(arm: aa.Arm, margin: float) -> None:
@@ -114,6 +115,7 @@ def test_an_end_at_the_margin_says_singular(arm: aa.Arm, margin: float) -> None:
     assert seen > 0
 
 
+@pytest.mark.turns(2)
 @EVERY
 @BOTH
 def test_every_solution_keeps_the_margin_and_none_of_a_grid_is_nearer(arm: aa.Arm, margin: float) -> None:
@@ -167,6 +169,7 @@ def test_steps_and_paths_keep_the_margin(arm: aa.Arm, margin: float) -> None:
     assert done > 60
 
 
+@pytest.mark.turns(2)
 @EVERY
 def test_a_plan_keeps_the_margin_at_every_point(arm: aa.Arm) -> None:
     rng, planned = np.random.default_rng(6), 0
@@ -186,6 +189,7 @@ def test_a_plan_keeps_the_margin_at_every_point(arm: aa.Arm) -> None:
     assert not refused.ok and "nearer to a singularity than the requested margin" in refused.explain()
 
 
+@pytest.mark.turns(2)
 @EVERY
 def test_turns_explain_maps_and_trackers_keep_the_margin(arm: aa.Arm) -> None:
     rng = np.random.default_rng(7)

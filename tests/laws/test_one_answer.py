@@ -57,7 +57,7 @@ def beside_straight(rng: np.random.Generator, arm: aa.Arm, locks: int) -> tuple[
     return boxed, boxed.forward(q, on_error="nan")[0], rng.uniform(low, high)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("locks", [0, 1, 2, 3])
 def test_a_pose_that_a_posture_within_the_limits_has_is_held(locks: int) -> None:
     """All functions say that a pose has a solution, near singularities and with locks; 2 % may all

@@ -123,6 +123,7 @@ def searched(arm: aa.Arm, poses: Array, length: float, rng: np.random.Generator)
     return off.reshape(-1, STARTS).min(1)
 
 
+@pytest.mark.turns(2)
 def test_a_pose_with_a_posture_is_solved_as_ever(any_arm: aa.Arm) -> None:
     """For poses with a solution fallback="nearest_pose" changes nothing in `solve`."""
     arm, rng = any_arm, np.random.default_rng(0)
@@ -197,21 +198,20 @@ def test_an_offset_arm_out_of_reach_is_drawn_to_its_edge(arm: aa.Arm) -> None:
     assert np.abs(moves - edge)[held & stretched].max() < 1e-6
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(3)
 def test_batches_threads_and_seeds(any_arm: aa.Arm) -> None:
     """`solve(fallback="nearest_pose")` is the same one by one, many and in threads, and states distance and
     gap.
     """
     arm, rng = any_arm, np.random.default_rng(2)
-    poses = np.concatenate([outside(arm, rng, kind, 4) for kind in ("reach", "limits")])
-    seeds = drawn(arm, rng, 8)
-    many = in_threads(
-        2, lambda: arm.solve(poses.reshape(2, 4, 4, 4), seed=seeds.reshape(2, 4, 7), fallback="nearest_pose")
-    )
-    assert many.q.shape == (2, 4, 7)
-    for i in range(8):
+    each = 4 if draw.COUNT else 1
+    poses = np.stack([outside(arm, rng, kind, each) for kind in ("reach", "limits")])
+    seeds = drawn(arm, rng, 2 * each).reshape(2, each, 7)
+    many = in_threads(2, lambda: arm.solve(poses, seed=seeds, fallback="nearest_pose"))
+    assert many.q.shape == (2, each, 7)
+    for i in np.ndindex(2, each):
         one = arm.solve(poses[i], seed=seeds[i], fallback="nearest_pose")
-        assert np.array_equal(one.q, many.q.reshape(8, 7)[i])
+        assert np.array_equal(one.q, many.q[i])
         assert one.distance == pytest.approx(np.linalg.norm(one.q - seeds[i]))
         stretched = abs(one.q[3]) < 1e-6  # of either branch
         assert stretched or one.gc == arm.forward(one.q)[2]
@@ -230,6 +230,7 @@ def test_never_worse_than_the_pose_within_reach_and_a_clamp(arm: aa.Arm) -> None
     assert (distances(arm, found.q, poses, LENGTH) <= theirs + 1e-9).all()
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("kind", ["reach", "limits"])
 @pytest.mark.parametrize("arm", [*ARM_OF.values(), *CHAIN.values()], ids=[*ARM_OF, *CHAIN])
 def test_the_singularity_margin_holds_beside_the_pose_too(arm: aa.Arm, kind: str) -> None:

@@ -32,7 +32,7 @@ def feasible_is_solvable(arm: aa.Arm, q: NDArray[np.float64]) -> int:
     return held
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_branch_is_feasible_where_50_digits_find_a_solution(name: str) -> None:
     """`feasible` has every branch in which a search with 50 digits finds a solution of parked joints."""
@@ -46,6 +46,7 @@ def test_a_branch_is_feasible_where_50_digits_find_a_solution(name: str) -> None
             assert witnessed & ~held == 0, (q.tolist(), bin(witnessed), bin(held))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_hinge_on_its_limit_with_a_straight_elbow(name: str) -> None:
     """The branch of joints with the elbow straight and a joint on its limit is feasible."""

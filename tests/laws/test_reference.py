@@ -19,7 +19,7 @@ IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @any_arm
 @in_every_regime
@@ -52,7 +52,7 @@ def test_one_angle_of_the_pose_turns_one_psi_into_the_other(arm: aa.Arm) -> None
         assert circle_gap(there[clear], here[clear]).max(initial=0) <= JOINT
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @any_arm
 def test_feasible_sets_are_the_same_postures(arm: aa.Arm) -> None:

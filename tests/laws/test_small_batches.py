@@ -30,7 +30,7 @@ def rows(arm: aa.Arm, count: int) -> tuple[Array, Array, Array]:
     return q, pose, np.where(np.isfinite(psi), psi, 0.0)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("count", LENGTHS)
 @pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
 def test_a_batch_is_its_rows(arm: aa.Arm, count: int) -> None:

@@ -17,6 +17,7 @@ import armangle as aa
 torch = need("torch")
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", FAMILIES)
 def test_the_numbers_are_those_of_arm(name: str) -> None:
     """Functions of `torch.Kinematics` equal those of Arm to the bit, in float32 roughly."""

@@ -74,7 +74,7 @@ def check_reached(tracker: aa.Tracker, there: Array) -> None:
         assert now.distance <= 1e-9
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize("detours", [True, False])
 @pytest.mark.parametrize("name", ARMS)
 def test_a_constant_target_is_reached_and_held(name: str, detours: bool) -> None:

@@ -71,7 +71,7 @@ def arms(rng: np.random.Generator) -> list[aa.Arm]:
     return [*own, *(random_arm(rng).with_(base=base, tool=tool) for _ in range(6))]
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_freedom_agrees_with_arcs_and_postures_where_joints_are_one_axis(name: str) -> None:
     """At singularities `freedom`, `feasible`, `reachable`, `feasible_turns` and `solve` agree."""
@@ -98,7 +98,7 @@ def test_freedom_agrees_with_arcs_and_postures_where_joints_are_one_axis(name: s
     assert (shown == has.gc)[(np.abs(theta[:, [1, 5]]) > 1e-12).any(axis=-1)].all()
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_a_posture_at_its_limits_holds_its_pose(name: str) -> None:
     """All functions hold poses of joints at right angles and limits, if not singular."""

@@ -159,6 +159,7 @@ def test_the_lowest_link_above_several_tips_is_taken_with_a_note() -> None:
     assert len([note for note in report.notes if "'flange', 'tool0'" in note and "'a_7'" in note]) == 1
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("places", [STRAIGHT, bent((1, 0.02), (6, 0.01))])
 @pytest.mark.parametrize("fingers", [1, 2])
 def test_a_tip_behind_fingers_is_told_the_tip_that_works(

@@ -201,6 +201,7 @@ def test_entry_has_the_limits_of_its_file(name):
         assert all(own <= its * (1 + 1e-3) for own, its in zip(arm.velocity, speeds, strict=True))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_entry_goes_through_urdf_and_toml_unchanged(name, tmp_path):
     """Every S-R-S entry written as URDF or TOML is read back unchanged."""

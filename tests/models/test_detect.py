@@ -81,7 +81,7 @@ def assert_found(made: RandomArm, text: str, rng: np.random.Generator) -> ArmDes
     return arm
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(8))
 def test_generated_arm_is_found_whatever_its_frames(part):
@@ -137,6 +137,7 @@ REAL = {
 }
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", REAL)
 def test_real_file_gives_its_published_numbers_and_is_met_within_its_residual(name):

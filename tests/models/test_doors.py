@@ -208,7 +208,7 @@ def test_an_offset_arm_is_named_only_where_there_is_one(joint):
         assert caught.value.near and ("but for an offset" in str(caught.value)) is named
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_the_fitted_arm_is_nearer_than_the_snapped_one_and_a_minimum(seed):
@@ -397,7 +397,7 @@ def beside(length: float, angle: float = 0.0) -> str:
 DOORS = {"gen3": (0.01175, 0.0), "tilted": (0.013, 4e-4), "a hair": (0.0009, 0.0), "far": (0.13, 0.0)}
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", DOORS)
 def test_a_near_arm_keeps_its_chain_and_is_idealised_only_where_asked(name: str) -> None:
     """`from_urdf` of a near arm keeps its chain; fit="srs" makes it ideal, warns and states the residual."""
@@ -445,7 +445,7 @@ ODD = {
 }  # fmt: skip
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ODD)
 def test_every_door_that_a_refusal_names_takes_the_file_with_the_error_that_it_names(name: str) -> None:

@@ -104,6 +104,7 @@ def own_pose(mujoco: ModuleType, text: str, q, kind: str, name: str) -> np.ndarr
     return pose
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("part", range(4))
 def test_generated_arm_is_found(mujoco, part):
     """`read_mjcf` and `describe_chain` find random arms with MuJoCo's own poses."""

@@ -80,6 +80,7 @@ def test_real_chain_and_its_limits_are_pinocchios(name):
         assert j.velocity == pytest.approx(robot.velocityLimit[other.idx_v], abs=1e-12)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("part", range(4))
 def test_generated_and_written_chains_are_pinocchios(part):
     """Random arms, read and written as URDF, have pinocchio's poses."""

@@ -57,7 +57,7 @@ def brakes(arm: aa.Arm, q: Array, velocity: Array, acceleration: Array, dt: floa
 # -- the guarantee -----------------------------------------------------------------------------------
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @pytest.mark.slow
 @each_arm
 @each_regime
@@ -92,6 +92,7 @@ def test_what_is_ok_keeps_the_bounds(arm: aa.Arm, regime: str) -> None:
     assert done or regime in ("on_limit", "folded", "singular", "near_singular", "at_reach")
 
 
+@pytest.mark.turns(2)
 @each_arm
 def test_what_can_keep_the_bounds_is_found(arm: aa.Arm) -> None:
     """A move within the bounds shows that they can be kept: the step is then never refused."""
@@ -272,6 +273,7 @@ def off(now: aa.types.Step, pose: Array) -> float:
     return float(np.abs(IIWA.forward(now.q)[0] - pose).max())
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("policy", [aa.Repulsion(), aa.Hold(), aa.Centre(rate=5.0)], ids=repr)
 @pytest.mark.parametrize("dt", [1e-3, 4e-3, 0.01, 0.05])
@@ -293,7 +295,7 @@ def test_a_target_aside_is_come_to_and_rested_on(policy: aa.Repulsion, dt: float
         assert now.why in (aa.Status.ACCELERATION_LIMIT, aa.Status.VELOCITY_LIMIT, aa.Status.JOINT_JUMP)
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("fallback", [None, "nearest_pose"])
 @pytest.mark.parametrize("acceleration", [None, 10.0])

@@ -30,7 +30,7 @@ def margins(arm: aa.Arm, q: Array) -> Array:
     return np.minimum(q - arm.lower, arm.upper - q).min(axis=-1)
 
 
-@pytest.mark.turns(5)
+@pytest.mark.turns(10)
 @pytest.mark.slow
 @EVERY
 def test_what_is_certified_holds_between_the_rows(arm: aa.Arm) -> None:

@@ -95,6 +95,7 @@ def crossing(arm: aa.Arm, joint: int, rng: np.random.Generator) -> tuple[np.ndar
     return ahead, behind
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("joint", [1, 3, 5], ids=["shoulder", "elbow", "wrist"])
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "barrett_wam7"])
 def test_a_step_goes_through_where_branches_meet(name: str, joint: int) -> None:

@@ -55,6 +55,7 @@ def on_pose(arm: aa.Arm, q: Any, pose: Any) -> bool:
     return bool(np.abs(arm.forward(q, on_error="nan")[0] - pose).max() < 1e-9)
 
 
+@pytest.mark.turns(2)
 @MORE
 def test_a_walk_under_bounds_keeps_them_and_is_ok_only_on_its_pose(arm: aa.Arm) -> None:
     """Bounded steps to a target that jumps keep their bounds, and are OK only on the target's pose."""
@@ -118,7 +119,7 @@ def test_a_step_under_bounds_moves_wherever_one_without_them_does(arm: aa.Arm) -
     assert partly > 20
 
 
-@pytest.mark.turns(6)
+@pytest.mark.turns(12)
 @pytest.mark.slow
 @MORE
 @pytest.mark.parametrize("acceleration", [None, 3.0])
@@ -139,6 +140,7 @@ def test_a_target_aside_is_come_to_and_rested_on(arm: aa.Arm, acceleration: floa
         assert now.ok and on_pose(arm, q, there) and np.abs(before).max() < 1e-6
 
 
+@pytest.mark.turns(2)
 @MORE
 @pytest.mark.parametrize(
     "bounds", [{}, {"velocity": 1.0, "acceleration": 8.0, "dt": DT}], ids=["free", "bounded"]
@@ -154,7 +156,7 @@ def test_follow_is_a_loop_of_steps(arm: aa.Arm, bounds: dict[str, Any]) -> None:
     assert ok.any() or bounds
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @EVERY
 def test_a_wish_for_the_elbow_is_met_and_the_tool_stays(arm: aa.Arm) -> None:
     """Steps with Towards(direction or point) keep the pose, and in most cases reach the best psi of their
@@ -235,7 +237,7 @@ def narrow(arm: aa.Arm, rng: np.random.Generator, q: Any) -> aa.Arm:
     return arm.with_(lower=np.maximum(arm.lower, q - room), upper=np.minimum(arm.upper, q + room))
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @EVERY
 def test_lookahead_saves_many_and_harms_none(arm: aa.Arm) -> None:

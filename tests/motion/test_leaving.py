@@ -45,7 +45,7 @@ def arm(request: pytest.FixtureRequest) -> aa.Arm:
     return aa.Arm.from_catalogue(request.param)
 
 
-@pytest.mark.turns(12)
+@pytest.mark.turns(24)
 @pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("by", ["tracker", "step", "bounded step"])
 @pytest.mark.parametrize("off", [0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2])

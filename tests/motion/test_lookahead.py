@@ -166,7 +166,7 @@ def test_it_saves_many_and_harms_none() -> None:
     assert saved > 10
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
 def test_every_row_is_a_step_on_its_pose(arm: aa.Arm) -> None:

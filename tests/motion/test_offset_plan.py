@@ -26,7 +26,8 @@ READY = [0.1, -0.6, 0.2, -2.2, 0.1, 1.9, 0.7]
 @cache
 def planned(name: str) -> list[aa.JointPath]:
     """Return plans of lines of 0.4 m that a dense search can follow."""
-    arm, count = named(name), 16 if name in ARMS else 8  # a plan of an own chain takes 20 times as long
+    own = 8 if draw.COUNT else 4  # the dense search of an own chain takes 20 times as long
+    arm, count = named(name), 16 if name in ARMS else own
     lines = [line for _, line in straight_lines(arm, count, 0.4, seed=2) if can_follow(arm, line.pose(EVEN))]
     return [aa.plan(arm, line) for line in lines]
 
@@ -39,7 +40,7 @@ def turned() -> aa.JointPath:
     return aa.plan(ARM, first @ aa.pose(s * [0.1, 0.15, -0.1], rotvec=s * [0.2, 0.1, -0.15]), start=READY)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", EVERY)
 def test_what_a_dense_search_can_follow_is_planned_and_proven(name: str) -> None:
     """`plan` certifies all paths of an offset arm that a dense search can follow."""
@@ -120,7 +121,7 @@ def test_a_wish_for_the_free_joint_is_met_as_it_is_weighed() -> None:
     assert off[0] > off[1] > off[2] > off[3] and off[3] < 1e-4
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", ARMS)
 def test_more_weight_brings_the_elbow_nearer_to_where_it_is_wished(name: str) -> None:
     """The more Objective(psi) weighs, the nearer a plan comes to the elbow that Towards asks for."""
@@ -168,7 +169,7 @@ def test_only_allowed_values_of_the_free_joint_are_used(name: str) -> None:
     assert asked and narrower
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_plan_whose_duration_weighs_is_never_slower(name: str) -> None:
     """Plans with Objective(duration) take no longer after `retime` than without, and some less."""

@@ -64,7 +64,7 @@ def test_its_derivatives_are_differences(name: str, policy: Any) -> None:
     assert np.abs(exact[:, 1:]).max() > 0.1
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", ARMS)
 @pytest.mark.parametrize("jerk", [None, 60.0])
 def test_it_is_timed_within_its_bounds(name: str, jerk: float | None) -> None:
@@ -121,7 +121,7 @@ def test_a_fold_is_passed_as_any_place() -> None:
     passed(path)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", ARMS)
 def test_theta_2_and_theta_6_at_0_are_passed_as_any_place(name: str) -> None:
     """Motions through theta_2 = 0 or theta_6 = 0, by rows and by `follow`, stay on their poses

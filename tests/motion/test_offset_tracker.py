@@ -35,6 +35,7 @@ CHAINS = [
 ]
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("arm", [*ARMS, *CHAINS], ids=lambda arm: f"{arm.name} {arm.kind}")
 def test_a_slow_hand_is_followed_exactly_and_bounds_are_kept(arm: aa.Arm) -> None:
     """A tracker keeps its bounds, and is on the hand to 1e-9 m whenever it says FOLLOWING."""

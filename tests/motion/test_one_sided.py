@@ -52,7 +52,7 @@ def starts(arm: aa.Arm, side: float) -> list[Array]:
     return out
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @each_arm
 @pytest.mark.parametrize("acceleration", [np.inf, 8.0])
 def test_by_steps(arm: aa.Arm, side: float, acceleration: float) -> None:
@@ -87,7 +87,7 @@ def test_by_a_tracker(arm: aa.Arm, side: float) -> None:
         assert tracker.step(hands[-1]).status == aa.Tracking.FOLLOWING
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @each_arm
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_along_a_plan(arm: aa.Arm, side: float, end: str) -> None:

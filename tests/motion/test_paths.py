@@ -206,7 +206,7 @@ def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return 2 * np.arcsin(np.clip(np.linalg.norm(a - b, axis=(-2, -1)) / np.sqrt(8), 0, 1))
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_the_deviation_bounds_position_and_rotation_at_once(seed: int) -> None:

@@ -64,7 +64,7 @@ def check_whole(result: aa.JointPath) -> None:
         assert arm.within_limits(here.q).all()
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(6))
 def test_random_paths_against_brute_force(block: int) -> None:
@@ -158,6 +158,7 @@ def test_what_is_wrong_between_coarse_samples_alone_is_never_certified(turns: in
     assert not left_open(still, np.arange(9) / 8) and left_open(still, np.array([0.0, 0.3, 1.0]))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("seed", range(40))
 def test_a_limit_put_just_inside_what_a_curve_needs_is_never_certified(seed: int) -> None:
     """A plan's curve is certified with limits just outside its joints' range, and not just inside."""
@@ -279,6 +280,7 @@ def test_refusals() -> None:
     refused(aa.InputError, "travel is -1, wanted a number", aa.Objective, travel=-1)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("shift", [(0.1, 0, 0), (0, 0.1, 0), (0, 0, -0.1), (-0.1, 0.05, -0.1)])
 @pytest.mark.parametrize("q", [
     (0.3, 0, 0.2, -1.2, 0.3, 0.8, 0.1), (0, 0, 0, -1.2, 0, 0.8, 0), (0.3, 0.4, 0.2, -1.2, 0.3, 0, 0.1),

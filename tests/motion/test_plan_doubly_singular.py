@@ -24,7 +24,7 @@ def blocked(q: np.ndarray) -> np.ndarray:
     return np.asarray(left[:3, 5] / np.linalg.norm(left[:3, 5]))
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize("home", HOMES, ids=["home", "turned", "further"])
 @pytest.mark.parametrize("length", [0.01, 0.1])
 def test_lines_in_the_plane_that_is_not_blocked(home: np.ndarray, length: float) -> None:

@@ -23,6 +23,7 @@ def plan_to(end: np.ndarray, fixed: bool, back: bool) -> aa.JointPath:
     return aa.plan(IIWA, aa.Line(*(ends[::-1] if back else ends)), **asked)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("back", [False, True])
 @pytest.mark.parametrize("fixed", [False, True])
 @pytest.mark.parametrize("end", [STRETCHED, CANDLE], ids=["stretched", "candle"])

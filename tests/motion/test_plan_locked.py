@@ -33,7 +33,7 @@ def drawn(joint: int, rng: np.random.Generator) -> tuple[aa.Arm, aa.Line, np.nda
     return arm, aa.Line(arm.forward(start)[0], arm.forward(end)[0]), start
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("joint", sorted(HINGE))
 def test_where_follow_passes_a_plan_does(joint: int) -> None:
     """With a locked joint plans pass theta_2 or theta_6 = 0 in 95 % of the cases that `follow` passes."""
@@ -54,7 +54,7 @@ def test_where_follow_passes_a_plan_does(joint: int) -> None:
     assert ways > 3 and certified >= 0.95 * ways, (certified, ways)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("joint", sorted(HINGE))
 def test_a_singularity_margin_is_kept_with_a_locked_joint(joint: int) -> None:
     """A certified plan with a margin and a locked joint keeps theta_2 and theta_6 off 0."""

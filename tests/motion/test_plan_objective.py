@@ -49,7 +49,7 @@ def test_never_worse_than_the_naive(kind: str) -> None:
     assert compared or count(2) == 2
 
 
-@pytest.mark.turns(5)
+@pytest.mark.turns(10)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1040, 1248, 1463, 1497, 1680, 1932, 2149, 5001, 5008])
 def test_no_dearer_than_brute_force(seed: int) -> None:

@@ -37,6 +37,7 @@ def travel(q: np.ndarray) -> float:
     return float((np.diff(q[:, :6], axis=0) ** 2).sum() * (len(q) - 1))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("seed", range(6))
 def test_joint_7_stays_and_the_axis_is_held(seed: int) -> None:
     """A plan with free roll keeps joint 7 and the tool's z axis and position."""

@@ -52,7 +52,7 @@ def travel(q: np.ndarray) -> float:
     return float(np.abs(np.diff(q, axis=0)).sum(axis=0).max())
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize("length", LENGTHS)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_short_line_moves_no_joint_farther_than_the_least_motion_does(name: str, length: float) -> None:

@@ -140,7 +140,7 @@ FROM_HOME: list[tuple[aa.Arm, np.ndarray, float]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.turns(10)
+@pytest.mark.turns(20)
 @pytest.mark.slow
 @pytest.mark.parametrize(("arm", "home", "tilt"), FROM_HOME)
 def test_every_line_from_a_home_posture(arm: aa.Arm, home: np.ndarray, tilt: float) -> None:
@@ -232,7 +232,7 @@ def test_planar_lines_pass_where_two_branches_meet() -> None:
     assert crossed >= 10
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("tilt", [0.0, 0.01, 0.1, 1.0])
 def test_refusals_of_singular_starts_are_not_refuted(tilt: float) -> None:
@@ -297,7 +297,7 @@ def test_a_singularity_margin_leaves_no_crossing() -> None:
     assert not aa.plan(arm, line(arm, HOMES[0], [0.1, 0, 0]), start=HOMES[0]).ok
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("joint", [1, 2, 3, 5, 6, 7])
 @pytest.mark.parametrize("room", [0.0, 1e-9, 1e-7, 1e-5, 1e-4])
@@ -411,7 +411,7 @@ def test_a_start_outside_the_limits_is_called_that(away: float) -> None:
     assert text.count("start lies outside the limits") == 1 and "lower one" in text
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize(
     "home", [[0, 0, 0, -90, 0, 90, 0], [0, 0, 0, -90, 0, 45, 0], [0, 30, 0, -90, 0, 0, 0]]
 )
@@ -480,6 +480,7 @@ def test_joints_without_a_finite_speed_are_said() -> None:
         aa.retime(path, acceleration=5.0)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("hinge", [1, 5])
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_a_home_posture_belongs_to_both_branches_that_may_be_asked(hinge: int, end: str) -> None:
@@ -528,6 +529,7 @@ def test_a_plan_that_fails_is_drawn_as_finely_as_one_that_does_not() -> None:
     assert max(led) > 1.02, "no path had rows put between"
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("tilt", [0, 30])
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_an_arm_that_stands_across_its_way_leaves_home_as_the_root_of_s(end: str, tilt: float) -> None:

@@ -77,7 +77,7 @@ def test_a_status_is_what_brute_force_finds(name: str) -> None:
     assert seen[Status.LIMITS] > 5
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_nothing_is_refused_that_brute_force_finds(name: str) -> None:

@@ -51,7 +51,7 @@ def the_wire_is_held(plan: aa.JointPath, path: aa.Path) -> None:
     assert plan.arm.within_limits(at.q, 1e-9).all()
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("arm", [*ARMS, *OFFSET, aa.Arm.from_catalogue("franka_fr3")])
 def test_no_roll_by_hand_costs_less(arm: aa.Arm) -> None:
     """A plan with free roll costs no more than plans at 12 fixed rolls."""
@@ -69,7 +69,7 @@ def test_no_roll_by_hand_costs_less(arm: aa.Arm) -> None:
     assert compared > 3
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("arm", [*ARMS, *OFFSET])
 def test_the_roll_begins_and_ends_with_what_is_given(arm: aa.Arm) -> None:
     """A plan with free roll keeps a start or goal.
@@ -140,7 +140,7 @@ def test_poses_one_and_many() -> None:
     refused(aa.InputError, "take a whole path", aa.step, arm, POSTURE, poses[0], roll="free")
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("arm", [*ARMS, OFFSET[0], calibrated("franka_fr3", 1.0, 1.0)])
 def test_a_followed_path_comes_as_far_as_with_its_own_roll(arm: aa.Arm) -> None:
     """`follow` with free roll reaches at least as many rows as without."""

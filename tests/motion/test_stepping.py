@@ -195,6 +195,7 @@ def test_a_posture_on_a_singularity_is_stepped_to_and_from(home: list[float], ca
         assert path.residual.max() <= 1e-12
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("hinge", [1, 5])
 @pytest.mark.parametrize("off", [0.0, 1e-16, 1e-14, 1e-12, 1e-10, 1e-8])
 def test_any_posture_beside_a_singularity_steps_to_its_own_pose(hinge: int, off: float) -> None:

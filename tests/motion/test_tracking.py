@@ -379,6 +379,7 @@ def test_a_branch_that_cannot_hold_the_hand_is_refused(name: str) -> None:
             assert (now.status, now.why, now.gc) == (aa.Tracking.FOLLOWING, aa.Status.OK, own), gc
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("asked", [True, False], ids=["asked for another branch", "asked for none"])
 @pytest.mark.parametrize("seed", range(10))
 def test_a_hand_that_leaps_is_met_in_its_own_branch(seed: int, asked: bool) -> None:
@@ -491,6 +492,7 @@ def test_a_hand_that_moves_evenly_is_followed_smoothly(dt: float, speed: float) 
     assert np.sqrt((acceleration**2).mean(axis=0)).max() < 0.1
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize(
     ("rate", "noise", "moved"), [(500, 2e-3, 0.0), (1000, 2e-3, 0.0), (500, 2e-3, 0.1), (90, 2e-3, 0.1)]
 )

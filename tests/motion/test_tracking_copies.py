@@ -37,7 +37,7 @@ def go_on_alike(one: aa.Tracker, other: aa.Tracker, arm: aa.Arm, seed: int) -> N
                 np.testing.assert_array_equal(a, b)
 
 
-@pytest.mark.turns(8)
+@pytest.mark.turns(16)
 @EVERY_WAY
 @pytest.mark.parametrize("jerk", [None, 300.0])
 @pytest.mark.parametrize("name", ARMS)

@@ -39,7 +39,7 @@ def by_hand(arm: aa.Arm, q: Array, poses: Array) -> Array:
     return np.array(rows)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize(("name", "home"), HOMES)
 @pytest.mark.parametrize("way", [[0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.3, -1.0, 0.5]])
 def test_from_home_joints_go_the_least_way(name: str, home: list[float], way: list[float]) -> None:

@@ -27,6 +27,7 @@ def arm(request: pytest.FixtureRequest) -> aa.Arm:
     return with_body(request.param)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize(
     ("name", "jerk"), [*((name, None) for name in ARMS), (ARMS[0], 100.0), (ARMS[0], 5e3)]
@@ -154,6 +155,7 @@ def test_hands_are_followed_without_a_touch_and_nearer_than_by_stopping(arm: aa.
     assert ours.mean() <= hand.mean() * 1.02
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_no_chatter_at_rest_whatever_the_command(arm: aa.Arm, seed: int) -> None:
@@ -336,6 +338,7 @@ def test_a_hint_that_is_none_is_said(kind: str) -> None:
         assert now.why == (aa.Status.BAD_INPUT if said else aa.Status.OK)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize(
     ("name", "seed"), [*((name, seed) for name in ARMS for seed in range(3)), (ARMS[1], 52)]
 )

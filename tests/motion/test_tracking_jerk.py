@@ -22,7 +22,7 @@ JERKS = (20.0, 300.0, 5000.0)
 TICKS = 60_000 if draw.COUNT else 4_000
 
 
-@pytest.mark.turns(8)
+@pytest.mark.turns(16)
 @pytest.mark.parametrize("jerk", [None, *JERKS])
 @pytest.mark.parametrize("irregular", [False, True])
 @pytest.mark.parametrize("name", ARMS)
@@ -58,6 +58,7 @@ def test_hostile_hands_never_break_a_bound(name: str, irregular: bool, jerk: flo
         assert (np.sign(bend) == np.sign(bend[0])).all(), "the elbow went through straight"
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_joints_pressed_to_their_limits_stop_there_at_rest(name: str) -> None:
     """A tracker keeps its bounds for a target that runs along one joint beyond its limit."""
@@ -75,6 +76,7 @@ def test_joints_pressed_to_their_limits_stop_there_at_rest(name: str) -> None:
         check_jerk(arm, np.array(rows), np.full(len(rows) - 1, DT), 100.0)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize(
     "jerk", [None, 100.0, *JERKS[1:], np.array([7500, 3750, 5000, 6250, 7500, 10000, 10000.0])]
 )

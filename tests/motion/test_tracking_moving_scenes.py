@@ -31,6 +31,7 @@ def begun(arm: aa.Arm, scene: aa.Scene | None, **options: object) -> aa.Tracker:
     return tracker
 
 
+@pytest.mark.turns(2)
 @EVERY
 @pytest.mark.parametrize("jerk", [None, 300.0])
 def test_scenes_that_come_while_the_arm_stands_are_not_touched(arm: aa.Arm, jerk: float | None) -> None:

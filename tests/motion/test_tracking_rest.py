@@ -74,7 +74,7 @@ def test_what_turned_for_ever_comes_to_rest(name: str) -> None:
     at_rest(arm, start, arm.forward(there)[0])
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize("name", aa.catalogue())
 def test_every_constant_hand_brings_the_arm_to_rest(name: str) -> None:
     """Trackers of all arms come to rest, and on the hand if their branch holds it."""

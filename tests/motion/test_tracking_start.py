@@ -65,7 +65,7 @@ def farthest(arm: aa.Arm, rng: np.random.Generator, tremble: float = 0.0) -> flo
     return out
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize("name", aa.catalogue())
 def test_a_hand_at_the_tool_is_not_left(name: str) -> None:
     """A tracker that starts on the hand, the elbow nearly straight, stays within 1e-7 m."""
@@ -78,7 +78,7 @@ def test_a_hand_at_the_tool_is_not_left_by_a_calibrated_arm(name: str) -> None:
     assert farthest(calibrated.calibrated(name, 1.0, 2.0), draw.generator(*name.encode(), 2)) <= OFF
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_a_hand_that_trembles_at_the_tool_is_not_left(name: str) -> None:
     """A tracker stays within MARGIN of a hand that trembles at the tool."""

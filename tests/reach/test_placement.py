@@ -27,6 +27,7 @@ def at(base: np.ndarray, arm: aa.Arm, yaw: float) -> aa.Arm:
     return arm.with_(base=frame)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", [*ARMS, "kuka_iiwa7_r800", *OFFSET_ARMS])
 @pytest.mark.parametrize("hanging", [False, True])
 def test_no_scanned_yaw_beats_it(name: str, hanging: bool) -> None:

@@ -23,6 +23,7 @@ def drawn(name: str, rng: np.random.Generator, swings: bool) -> tuple[aa.Arm, aa
     return arm, scene, arm.forward(rng.uniform(arm.lower, arm.upper).clip(-2.8, 2.8))[0]
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("swings", [True, False])
 @pytest.mark.parametrize("name", NAMES)
 def test_all_branches_are_those_asked_one_by_one(name: str, swings: bool) -> None:
@@ -42,6 +43,7 @@ def test_all_branches_are_those_asked_one_by_one(name: str, swings: bool) -> Non
     assert (differ > 0) == swings
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_no_solution_touches_and_none_is_missed(name: str) -> None:
     """`solve` and `solutions` in a scene keep clear, and fail only where no arc is left."""

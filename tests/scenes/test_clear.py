@@ -63,7 +63,7 @@ def posed(arm: aa.Arm, rng: np.random.Generator, gc: int) -> tuple[Any, int]:
     return arm.forward(rng.uniform(*span))[0], gc
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.core
 @pytest.mark.parametrize("body", BODIES)
@@ -87,7 +87,7 @@ def test_a_psi_is_clear_if_and_only_if_no_link_touches(arm: aa.Arm, body: str) -
         assert not wrong.any(), (k, psi[wrong], least[wrong] - kept)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_an_end_is_where_the_named_pair_is_as_near_as_is_asked(arm: aa.Arm) -> None:
@@ -133,6 +133,7 @@ def test_a_ball_on_the_first_or_last_axis_blocks_the_pose_with_either_link(links
     assert 5 < blocked < 35
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("near", [0.0, 1e-9, 1e-6, 1e-3])
 def test_links_that_swing_fast_beside_a_singular_posture(near: float) -> None:

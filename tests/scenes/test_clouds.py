@@ -42,6 +42,7 @@ def posed(rng: np.random.Generator, arm: aa.Arm) -> Any:
     return arm.forward(rng.uniform(np.maximum(arm.lower, -2), np.minimum(arm.upper, 2)))[0]
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("body", [BODY, BONES], ids=["swinging", "bones"])
 @pytest.mark.parametrize("number", [1, 9, 300, 3000])
 def test_a_cloud_is_its_points(body: aa.Body, number: int) -> None:

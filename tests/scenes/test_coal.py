@@ -61,6 +61,7 @@ def obstacle(rng: np.random.Generator, arm: aa.Arm, kind: int) -> Any:
     return aa.Box(aa.pose(middle, rpy=rng.uniform(-3, 3, 3)), rng.uniform(0.05, 0.3, 3))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "barrett_wam7", "yaskawa_sia5d", "openarm_v10"])
 def test_no_arm_angle_is_judged_other_than_by_coal(name: str) -> None:
     """The arcs clear of a scene hold psi exactly where coal finds no contact."""

@@ -50,7 +50,7 @@ def distances(arm: aa.Arm, q: Floats) -> Floats:
     return out
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", NAMES)
 def test_no_posture_brings_shapes_nearer_than_is_proven(name: str) -> None:
     """The proven lower bounds of own pairs hold at random joints, and are not far below."""
@@ -64,6 +64,7 @@ def test_no_posture_brings_shapes_nearer_than_is_proven(name: str) -> None:
     assert (proven[known] >= 0.3 * met[known]).sum() > 20
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_arcs_are_the_same_bit_for_bit_without_the_proof(name: str) -> None:
     """Arcs are the same to the bit if no own pair is left out."""

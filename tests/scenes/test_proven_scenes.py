@@ -59,7 +59,7 @@ def obstacle_ends(arcs: aa.ArcSet) -> list[tuple[float, aa.types.ArcEnd]]:
     return [(float(psi), end) for psi, end in pairs if end.side == "obstacle"]
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @EACH_BODY
 @MORE
 def test_a_value_is_feasible_if_and_only_if_it_keeps_limits_and_clear(arm: aa.Arm, body: aa.Body) -> None:
@@ -94,6 +94,7 @@ def test_a_value_is_feasible_if_and_only_if_it_keeps_limits_and_clear(arm: aa.Ar
     assert inside > 50 and outside > 50 and unproven <= 0.01 * outside
 
 
+@pytest.mark.turns(2)
 @EVERY_FREE
 def test_all_branches_at_once_are_the_same(arm: aa.Arm) -> None:
     """`feasible` of all branches in a scene equals that of each branch."""
@@ -106,7 +107,7 @@ def test_all_branches_at_once_are_the_same(arm: aa.Arm) -> None:
             assert ((every[gc] & ~one) | (one & ~every[gc])).measure < 1e-8
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @EVERY
 def test_an_end_of_an_obstacle_is_where_its_pair_comes_to_the_clearance(arm: aa.Arm) -> None:
     """At each end that an obstacle makes its pair is at the clearance, and none is nearer."""
@@ -124,7 +125,7 @@ def test_an_end_of_an_obstacle_is_where_its_pair_comes_to_the_clearance(arm: aa.
     assert checked > 3
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @EACH_BODY
 @MORE
 def test_distances_are_those_of_the_true_links(arm: aa.Arm, body: aa.Body) -> None:
@@ -147,7 +148,7 @@ def test_distances_are_those_of_the_true_links(arm: aa.Arm, body: aa.Body) -> No
             assert abs(slope - near.psi_rate) < share * max(1.0, abs(slope))
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @MORE
 def test_solve_is_the_nearest_that_is_clear(arm: aa.Arm) -> None:
     """`solve` in a scene keeps limits and clearance, and no clear joints on a grid are nearer."""
@@ -187,7 +188,7 @@ def test_solve_is_the_nearest_that_is_clear(arm: aa.Arm) -> None:
     assert solved > 2
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @EVERY_FREE
 def test_every_solution_keeps_clear_and_none_is_nearer_than_solve(arm: aa.Arm) -> None:
     """`solutions`, and `solve` with allowed= or prefer="margin", keep clear; none is better than `solve`."""
@@ -210,7 +211,7 @@ def test_every_solution_keeps_clear_and_none_is_nearer_than_solve(arm: aa.Arm) -
     assert found > 10
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @MORE
 def test_prefer_clearance_is_the_farthest_from_the_obstacles(arm: aa.Arm) -> None:
     """`solve(prefer="clearance")` is as far from obstacles as any psi on a grid."""
@@ -229,7 +230,7 @@ def test_prefer_clearance_is_the_farthest_from_the_obstacles(arm: aa.Arm) -> Non
     assert asked > 1
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @MORE
 def test_steps_keep_clear(arm: aa.Arm) -> None:
     """`step` and `follow` in a scene keep the clearance and the pose; a step that fails keeps the joints."""
@@ -310,6 +311,7 @@ def test_the_arm_keeps_body_hand_and_scene() -> None:
     assert arm.with_(singularity_margin=0.1).scene == scene
 
 
+@pytest.mark.turns(2)
 @EVERY
 def test_a_tracker_never_touches(arm: aa.Arm) -> None:
     """A tracker in a scene keeps the clearance, in cycles and between, and names the ball that stops it."""

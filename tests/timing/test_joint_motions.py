@@ -72,7 +72,7 @@ def pair(rng: np.random.Generator, arm: aa.Arm, size: float) -> Floats:
     return np.array([first, first + size * (last - first)])
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @pytest.mark.parametrize("arm", [ARM, OFFSET], ids=["srs", "offset"])
 @pytest.mark.parametrize("size", [1.0, 0.05, 1e-3])
 @pytest.mark.parametrize("j", [None, 50.0, 500.0])

@@ -169,7 +169,7 @@ MOTIONS = {kind: motions(ARMS[kind], READY[kind]) for kind in ARMS}
 ALL = [(kind, name) for kind in ARMS for name in MOTIONS[kind]]
 
 
-@pytest.mark.turns(17)
+@pytest.mark.turns(34)
 @pytest.mark.parametrize(("turn", "kind", "name"), [(turn, *one) for turn, one in enumerate(ALL)])
 def test_what_gives_a_motion_gives_it_to_all_that_take_one(
     turn: int, kind: str, name: str, tmp_path: Path

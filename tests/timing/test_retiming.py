@@ -78,7 +78,7 @@ ways = pytest.mark.parametrize(
 # -- laws --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @paths
 @ways
@@ -253,7 +253,7 @@ CORNERS: list[tuple[Any, dict[str, Any]]] = [
 ]
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.slow
 @pytest.mark.parametrize(("made", "asked"), CORNERS)
 def test_rounding_corners_is_not_slower_than_stopping_at_them(made: Any, asked: dict[str, Any]) -> None:
@@ -279,7 +279,7 @@ def test_one_number_bounds_all_joints_and_infinity_none() -> None:
     assert free.duration <= aa.retime(path, velocity=1.0, jerk=50.0).duration * 1.001
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("way", [0.0, 1e-6, 1e-5, 1e-4])
 @pytest.mark.parametrize("jerk", [None, 50.0])
@@ -362,7 +362,7 @@ def test_corners_ramps_and_a_tool_at_rest_break_the_tool_speed() -> None:
         assert lost.s == 0 or path is not turning
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
@@ -477,7 +477,7 @@ def test_a_looser_bound_on_jerk_makes_no_motion_of_many_turns_slower(
     assert took[2] <= 1.001 * took[1] and took[1] <= 1.03 * took[2]
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("asked", [{}, {"jerk": 50.0}])
 @pytest.mark.parametrize("noise", [0.0, 1e-5])
 def test_a_spline_through_rows_that_repeat_is_timed_as_it_is(asked: dict[str, float], noise: float) -> None:
@@ -533,7 +533,7 @@ def test_a_tool_speed_is_held_round_a_blended_corner(blend: float, jerk: float) 
     assert speed.min() >= 0.99 * 0.03 and speed.max() <= 0.03 * (1 + 1e-6)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("asked", [{}, {"jerk": 50.0}, {"jerk": 50.0, "tolerance": 0.0}])
 def test_a_row_that_is_repeated_is_no_stop(asked: dict[str, float]) -> None:
     """`retime` takes as long with a row repeated as without, within 0.1 or 0.5 %."""
@@ -582,7 +582,7 @@ def test_joints_that_rest_take_no_time(rest: Array, between: Between, jerk: Arra
         assert np.array_equal(here.q, [rest] * 2) and not here.qd.any() and not here.qdd.any()
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(6)
 @pytest.mark.parametrize("n", range(12))
 def test_the_velocity_at_a_corner_between_equal_legs_jumps_by_what_a_cycle_allows(n: int) -> None:
     """At a corner of a plan joint velocities jump by at most acceleration times cycle."""

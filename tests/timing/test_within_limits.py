@@ -62,6 +62,7 @@ def followed(arm: Any, n: int, seed: int) -> Iterator[aa.JointPath]:
             yield path
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_limits_are_kept_between_rows(name: str) -> None:
     """`at` of a followed path keeps limits and poses between rows, or refuses in at most 4 of 40."""
@@ -123,7 +124,7 @@ HOMES: dict[str, Any] = {
 }
 
 
-@pytest.mark.turns(6)
+@pytest.mark.turns(12)
 @pytest.mark.parametrize("name", HOMES)
 @pytest.mark.parametrize("count", [10, 60, 300])
 @pytest.mark.parametrize("shift", [(0.0, 0.2, 0.05), (-0.1, -0.2, 0.05), (0.1, 0.0, 0.1)], ids=str)
@@ -154,7 +155,7 @@ def test_a_plan_from_home_is_timed_from_its_rows() -> None:
     assert np.abs(found.at(DENSE).q - plan.at(DENSE).q).max() < 0.05
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", HOMES)
 @pytest.mark.parametrize("hinge", [1, 5])
 @pytest.mark.parametrize("count", [20, 100])
@@ -222,7 +223,7 @@ def test_rows_are_where_their_s_says(seed: int) -> None:
         aa.JointPath.from_joints(arm, leaps, s=s[stands], between="tool").at(0.5)
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("shift", [(-0.1, -0.2, 0.05), (0.1, 0.2, 0.05), (0.0, 0.2, 0.05), (-0.05, 0.2, 0)])
 def test_bounded_jerk_costs_a_plan_from_home_little_and_its_rows_are_timed_again(shift: Any) -> None:
