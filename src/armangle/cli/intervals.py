@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from ..arm.arcs import ArcEnd, ArcSet
 from ..arm.arm import Arm
 from ..errors import InputError
 from ..motion.joint_path import JointPath
-from ..scenes.scene import Scene
 from ..status import Status
 from .arguments import refuse
 from .messages import note
@@ -29,15 +27,10 @@ EVERY = -1
 _STRIP = 60
 
 
-def draw_map(what: JointPath | tuple[Arm, Floats], scene: Scene | None, args: argparse.Namespace) -> int:
+def draw_map(what: JointPath | tuple[Arm, Floats], args: argparse.Namespace) -> int:
     """Draw the feasible intervals along a motion, or along poses, to --plot; raise without it."""
     if args.plot is None or args.intervals:
         raise InputError("--intervals of a file is a picture: --plot FILE, without a joint")
-    keeping = {"scene": scene, "singularity_margin": args.singularity_margin}
-    if isinstance(what, JointPath):
-        what = replace(what, arm=what.arm.with_(**keeping))
-    else:
-        what = what[0].with_(**keeping), what[1]
     draw("feasible_map", args.plot, what, gc=args.gc)
     if args.json:
         show_json({"plot": args.plot})
@@ -48,24 +41,22 @@ def draw_map(what: JointPath | tuple[Arm, Floats], scene: Scene | None, args: ar
 
 def show_intervals(asked: Asked, args: argparse.Namespace) -> int:
     """Print the feasible intervals; status 1 if there is none."""
-    arm, frame, margin = asked.arm, asked.frame, args.singularity_margin
+    arm, frame = asked.arm, asked.frame
     branches = range(CONFIGURATIONS) if asked.gc is None else [asked.gc]
     if args.plot is not None and asked.gc is None:
         raise InputError("--plot needs --gc: a pose alone does not say which branch to draw")
     if args.intervals:
         refuse(args, ("scene", "plot"), "--intervals of a joint")
-        keeping = arm.with_(singularity_margin=margin)
-        each = {gc: keeping.feasible(frame, gc, per_joint=True) for gc in branches}
+        each = {gc: arm.feasible(frame, gc, per_joint=True) for gc in branches}
         chosen = range(1, JOINTS + 1) if args.intervals == EVERY else [args.intervals]
         found: list[Entry] = [(gc, i, each[gc][i - 1]) for gc in branches for i in chosen]
     else:
-        kept = arm.with_(scene=asked.scene, singularity_margin=args.singularity_margin)
-        found = [(gc, None, kept.feasible(frame, gc)) for gc in branches]
+        found = [(gc, None, arm.feasible(frame, gc)) for gc in branches]
     none = all(bool(intervals.is_empty) for _, _, intervals in found)
     if args.json:
         show_json([_facts(*entry) for entry in found])
     elif not none:
-        _show(arm, frame, found, margin)
+        _show(arm, frame, found)
     unproven = left_out(
         (f"gc {gc}" if joint is None else f"gc {gc} joint {joint}", float(intervals.unproven))
         for gc, joint, intervals in found
@@ -76,8 +67,7 @@ def show_intervals(asked: Asked, args: argparse.Namespace) -> int:
         known = "proven" if unproven else "feasible"
         note(f"armangle: no {known} arm angle. {_why(arm, frame, found)}")
     if args.plot is not None:
-        keeping = arm.with_(scene=asked.scene, singularity_margin=margin)
-        draw("circle", args.plot, keeping, frame, asked.gc, psi=asked.psi)
+        draw("circle", args.plot, arm, frame, asked.gc, psi=asked.psi)
     return int(none)
 
 
@@ -92,7 +82,7 @@ def _why(arm: Arm, pose: Floats, found: list[Entry]) -> str:
     return " ".join(f"gc {', '.join(dict.fromkeys(gcs))}: {texts[status]}" for status, gcs in reasons.items())
 
 
-def _show(arm: Arm, frame: Floats, found: list[Entry], margin: float) -> None:
+def _show(arm: Arm, frame: Floats, found: list[Entry]) -> None:
     """Print the intervals of all branches or joints as a table, with strips of the circle."""
     per_joint = found[0][1] is not None
     rows: list[list[str]] = []
@@ -107,7 +97,7 @@ def _show(arm: Arm, frame: Floats, found: list[Entry], margin: float) -> None:
     width = 8 if per_joint else 4
     for gc, joint, intervals in found:
         label = f"{gc:2d}" + (f" q{joint}" if per_joint else "")
-        show(f"{label:{width}}{_strip(intervals, _unproven(arm, frame, gc, joint, margin))}")
+        show(f"{label:{width}}{_strip(intervals, _unproven(arm, frame, gc, joint))}")
     middle = f"{redundancy_name(arm)}  0"
     half = _STRIP // 2
     show(f"{'':{width}}{'-180':<{half - len(middle) + 1}}{middle}{'180':>{half - 2}}")
@@ -135,9 +125,8 @@ def _end_text(end: ArcEnd) -> str:
     return f"joint {end.joint} {end.side} {degrees(end.value, 1)}"
 
 
-def _unproven(arm: Arm, frame: Floats, gc: int, joint: int | None, margin: float) -> ArcSet:
+def _unproven(arm: Arm, frame: Floats, gc: int, joint: int | None) -> ArcSet:
     """Return the arm angles that are proven neither feasible nor infeasible."""
-    arm = arm.with_(singularity_margin=margin)
     return arm._left_out(frame, gc) if joint is None else arm._left_out(frame, gc, Wanted.JOINTS)[joint - 1]
 
 

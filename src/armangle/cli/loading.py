@@ -33,20 +33,20 @@ _FITS = ("own", "srs")
 
 
 def any_arm(args: argparse.Namespace, *, quiet: bool = False) -> Arm:
-    """Return the arm of --robot, of any kind, with the tool of --tool."""
+    """Return the arm of --robot, of any kind, with --tool and --singularity-margin."""
     arm = _bare_arm(args, quiet=quiet)
-    return arm if args.tool is None else arm.with_tool(_tool(args.tool))
+    if args.tool is not None:
+        arm = arm.with_tool(_tool(args.tool))
+    return arm.with_(singularity_margin=getattr(args, "singularity_margin", 0.0))
 
 
-def with_scene(args: argparse.Namespace) -> tuple[Arm, Scene | None]:
-    """Return the arm and the scene of --scene. With it the arm has its collision model and tool geometry;
-    without it the arm is as loaded, and the scene None.
-    """
+def with_scene(args: argparse.Namespace) -> Arm:
+    """Return the arm of `any_arm`; with --scene it has that, a collision model and tool geometry."""
     arm = any_arm(args)
     if args.scene is None:
         for option in given(args, SCENE):
             raise InputError(f"--{option} goes with --scene")
-        return arm, None
+        return arm
     scene = load_scene(args.scene)
     if args.clearance is not None:
         kept = args.clearance / 1e3
@@ -60,10 +60,9 @@ def with_scene(args: argparse.Namespace) -> tuple[Arm, Scene | None]:
         elif args.gripper is None:
             note(f"armangle: {BARE}: --gripper does")
     try:
-        arm.with_(scene=scene)
+        return arm.with_(scene=scene)
     except SceneError as error:
         raise InputError(f"{args.scene}: {error}") from None
-    return arm, scene
 
 
 def srs(arm: Arm, option: str) -> Arm:

@@ -11,7 +11,6 @@ from ..errors import PathError
 from ..files.tables import JointTable
 from ..motion.following import follow
 from ..motion.joint_path import Between, JointPath
-from ..scenes.scene import Scene
 
 
 def motion_of(arm: Arm, table: JointTable, between: Between | None = "tool") -> JointPath:
@@ -19,41 +18,22 @@ def motion_of(arm: Arm, table: JointTable, between: Between | None = "tool") -> 
     return JointPath.from_joints(arm, table.q, s=table.s, status=table.status, between=between)
 
 
-def motions_along(
-    arm: Arm, poses: ArrayLike, start: ArrayLike | None = None, scene: Scene | None = None
-) -> dict[str, JointPath]:
-    """Return motions along poses by name: from `start`, or from the middle of the widest arc of each GC.
+def motions_along(arm: Arm, poses: ArrayLike, start: ArrayLike | None = None) -> dict[str, JointPath]:
+    """Return motions along poses (N, 4, 4), m, by name: from joints `start` (7,), rad, or from the middle of
+    the widest arc of each GC. First those that reach every pose; the others have the reason.
 
-    Parameters
-    ----------
-    arm : Arm
-    poses : array_like, shape (N, 4, 4)
-        Poses of the end effector, position in m.
-    start : array_like, shape (7,), optional
-        Joints before the first pose, rad.
-    scene : Scene, optional
-        Obstacles to avoid.
-
-    Returns
-    -------
-    dict of str to JointPath
-        First those that reach every pose; the others have the reason.
-
-    Raises
-    ------
-    PathError
-        If no global configuration has a solution at the first pose, or there is no pose.
+    Raises `PathError` if no global configuration has a solution at the first pose, or there is no pose.
     """
     frames = as_floats("poses", poses, (4, 4)).reshape(-1, 4, 4)
     if start is not None:
-        return {"from the start": follow(arm.with_(scene=scene), frames, start=start)}
+        return {"from the start": follow(arm, frames, start=start)}
     found = {}
     for gc in range(CONFIGURATIONS) if len(frames) else ():
-        arcs = arm.with_(scene=scene).feasible(frames[0], gc)
+        arcs = arm.feasible(frames[0], gc)
         if not arcs.is_empty:
             lower, upper = arcs.intervals[np.diff(arcs.intervals, axis=1)[:, 0].argmax()]
             q = arm.inverse(frames[0], 0.5 * (lower + upper), gc, limits=False)
-            found[f"GC {gc}"] = follow(arm.with_(scene=scene), frames, start=q)
+            found[f"GC {gc}"] = follow(arm, frames, start=q)
     if not found:
         raise PathError("no global configuration has a solution at the first pose")
     return dict(sorted(found.items(), key=lambda entry: not entry[1].ok))

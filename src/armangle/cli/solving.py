@@ -12,7 +12,6 @@ from .._arrays import CONFIGURATIONS, Floats, Ints, millimetres
 from ..arm.arm import Arm
 from ..arm.solution import Solution
 from ..motion.joint_path import JointPath, blank_rows, even_parameters
-from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .messages import note, paragraph
 from .screen import (
@@ -43,7 +42,6 @@ class Asked:
     arm: Arm
     frame: Floats
     seed: Floats | None
-    scene: Scene | None
     gc: int | None
     psi: float | None
 
@@ -76,11 +74,11 @@ def solve(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
     arm, frames = asked.arm, asked.frames
     seed, name = _seed(asked)
     with progress("solving"):
-        found = _nearest(asked, seed, args)
+        metric: Any = args.metric or "l2"
+        found = arm.solve(frames, seed, metric=metric, gc=asked.gc, roll=args.roll, fallback=args.fallback)
     if args.output is not None:
         write(_path(arm, frames, found), args.output)
     names, ok = _NAMES[np.asarray(found.status)], np.asarray(found.ok)
-    metric = args.metric or "l2"
     if args.json:
         values = {
             key: getattr(found, key)[asked.pick] for key in ("q", "psi", "gc", "distance", "margin", "gap")
@@ -115,15 +113,6 @@ def _seed(asked: Asked) -> tuple[Floats, str]:
     with np.errstate(invalid="ignore"):  # of a joint without limits
         middle = 0.5 * (lower + upper)
     return np.where(np.isfinite(middle), middle, np.clip(0.0, lower, upper)), "the middle of the joint ranges"
-
-
-def _nearest(asked: Asked, seed: Floats, args: argparse.Namespace) -> Solution:
-    """Return the solution of each pose nearest to `seed`; its status says where there is none."""
-    arm, frames = asked.arm, asked.frames
-    return arm.with_(scene=asked.scene, singularity_margin=args.singularity_margin).solve(
-        frames, seed, metric=args.metric or "l2", gc=asked.gc, roll=args.roll,
-        fallback=args.fallback,
-    )  # fmt: skip
 
 
 def _show_one(arm: Arm, found: Solution, name: str, metric: str) -> None:
@@ -164,7 +153,6 @@ def solve_all(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
     Return the exit status, 1 if there is none, and None.
     """
     arm, frame = asked.arm, asked.frame
-    arm = arm.with_(scene=asked.scene, singularity_margin=args.singularity_margin)
     seed, name = _seed(asked)
     metric: Any = args.metric or "l2"
     found = arm.solutions(frame, seed, metric=metric, gc=asked.gc)

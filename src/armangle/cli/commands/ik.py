@@ -13,7 +13,6 @@ from ...arm.arm import Arm
 from ...arm.question import METRICS
 from ...errors import InputError
 from ...files.tables import load_joints
-from ...scenes.scene import Scene
 from ..arguments import add, add_arm, add_scene, given, is_file, joints, poses, refuse, some_joints
 from ..intervals import EVERY, draw_map, show_intervals
 from ..loading import srs, with_scene
@@ -38,23 +37,13 @@ EXAMPLE = """\
 
 _FREE = ("metric", "fallback", "roll")
 _NOT_WITH = {
-    "kuka": (
-        *_FREE,
-        "scene",
-        "psi",
-        "gc",
-        "all",
-        "explain",
-        "intervals",
-        "singularity-margin",
-        "output",
-        "plot",
-    ),
+    "kuka": (*_FREE, "scene", "psi", "gc", "all", "explain", "intervals", "singularity-margin", "output",
+             "plot"),
     "intervals": (*_FREE, "seed", "output"),
     "explain": (*_FREE, "psi", "seed", "gc", "output", "plot"),
     "psi": (*_FREE, "scene", "singularity-margin"),
     "all": ("fallback", "roll", "output", "plot"),
-}
+}  # fmt: skip
 """Options that have no effect in each mode."""
 
 
@@ -114,21 +103,21 @@ def _joint(text: str) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Print the requested solutions of the pose; status 1 if there is none."""
-    arm, scene = with_scene(args)
+    arm = with_scene(args)
     for mode in given(args, _NOT_WITH):
         if mode != "psi" or args.intervals is None:
             refuse(args, _NOT_WITH[mode], f"--{mode}")
     if args.kuka is not None:
         return _kuka(srs(arm, "--kuka"), args)
     if args.intervals is not None and args.joints is not None and is_file(args.joints):
-        return draw_map(motion_of(arm, load_joints(args.joints)), scene, args)
-    asked = _asked(arm, scene, args)
+        return draw_map(motion_of(arm, load_joints(args.joints)), args)
+    asked = _asked(arm, args)
     if args.intervals is not None:
         if asked.frame.ndim == 3:
-            return draw_map((arm, asked.frame), scene, args)
+            return draw_map((arm, asked.frame), args)
         return show_intervals(asked, args)
     if args.explain:
-        return _explain(arm, asked.frame, scene, args)
+        return _explain(arm, asked.frame, args)
     if asked.frame.ndim == 3 and (args.all or args.plot is not None):
         raise InputError(f"--{'all' if args.all else 'plot'} takes one pose, and there is a file of poses")
     if args.psi is not None:
@@ -141,26 +130,23 @@ def run(args: argparse.Namespace) -> int:
         status, found = solve(asked, args)
     if args.plot is not None and found is not None:
         psi, gc = found
-        if scene is None:
-            draw("joint_profiles", args.plot, arm, asked.frame, gc, psi=psi)
-        else:
-            draw("clearance_profile", args.plot, arm.with_(scene=scene), asked.frame, gc, psi=psi)
+        picture = "joint_profiles" if arm.scene is None else "clearance_profile"
+        draw(picture, args.plot, arm, asked.frame, gc, psi=psi)
     return status
 
 
-def _asked(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> Asked:
-    """Return the pose of --pose or --joints with seed, scene, branch and arm angle."""
+def _asked(arm: Arm, args: argparse.Namespace) -> Asked:
+    """Return the pose of --pose or --joints with seed, branch and arm angle."""
     seed = None if args.seed is None else joints("--seed", args.seed, arm)
     if args.joints is None:
-        return Asked(arm, poses("--pose", args.pose), seed, scene, args.gc, args.psi)
+        return Asked(arm, poses("--pose", args.pose), seed, args.gc, args.psi)
     if is_file(args.joints):
-        return Asked(arm, forward(arm, some_joints(args.joints))[0], seed, scene, args.gc, None)
+        return Asked(arm, forward(arm, some_joints(args.joints))[0], seed, args.gc, None)
     q = joints("--joints", args.joints)
     frame, psi, own = forward(arm, q)
     gc = int(own) if args.gc is None and args.intervals is not None else args.gc
-    return Asked(
-        arm, frame, seed, scene, gc, args.psi if args.psi is not None or np.isnan(psi) else float(psi)
-    )
+    wanted = args.psi if args.psi is not None or np.isnan(psi) else float(psi)
+    return Asked(arm, frame, seed, gc, wanted)
 
 
 def _kuka(arm: Arm, args: argparse.Namespace) -> int:
@@ -193,11 +179,11 @@ def _kuka(arm: Arm, args: argparse.Namespace) -> int:
     return 0 if inside else 1
 
 
-def _explain(arm: Arm, frame: Floats, scene: Scene | None, args: argparse.Namespace) -> int:
+def _explain(arm: Arm, frame: Floats, args: argparse.Namespace) -> int:
     """Print for every branch whether it reaches the pose; status 1 if none does."""
     if frame.ndim == 3:
         raise InputError("--explain takes one pose")
-    diagnosis = arm.with_(scene=scene, singularity_margin=args.singularity_margin).explain(frame)
+    diagnosis = arm.explain(frame)
     if args.json:
         branches = [asdict(branch) for branch in diagnosis.branches]
         nearest = {"nearest": diagnosis.nearest, "nearest_gap": diagnosis.nearest_gap}

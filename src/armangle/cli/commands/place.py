@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     with progress(f"reading {args.path}"):
         poses = load_poses(args.path)
     with progress(f"placing at {counted(len(x) * len(y), 'position')}"):
-        found = place(arm.with_(singularity_margin=args.singularity_margin), poses, x, y, z=args.z)
+        found = place(arm, poses, x, y, z=args.z)
     if args.json:
         show_json(_facts(found))
     else:

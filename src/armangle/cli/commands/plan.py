@@ -16,7 +16,6 @@ from ...motion.following import follow
 from ...motion.joint_path import BEGIN, LEAST_STEP, JointPath
 from ...motion.planning import Objective, plan
 from ...motion.policies import Centre, Hold, Policy, Repulsion, Towards
-from ...scenes.scene import Scene
 from ...status import STATUSES, Status
 from ..arguments import (
     DEGREE,
@@ -114,8 +113,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print a summary, write joints to --output; status 1 and the reason if a pose has no solution."""
-    arm, scene = with_scene(args)
-    path, facts = (_plan if args.policy is None else _step)(arm, scene, args)
+    arm = with_scene(args)
+    path, facts = (_plan if args.policy is None else _step)(arm, args)
     if args.output is not None:
         write(path, args.output)
     if args.plot is not None:
@@ -129,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
     return 0 if path.ok else 1
 
 
-def _plan(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
+def _plan(arm: Arm, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
     """Return the joint path of `plan` with the options in `args` (not ok if there is none), and the facts to
     print. Raise if an option is invalid.
     """
@@ -148,9 +147,8 @@ def _plan(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[Join
     frames = some_poses(args.path)
     with progress(f"planning {counted(len(frames), 'pose')}"):
         path = plan(
-            arm.with_(scene=scene, singularity_margin=args.singularity_margin), frames,
-            blend=args.blend or 0.0, start=start, goal=goal, gc=args.gc, psi=wished, limit_margin=margin,
-            roll=args.roll, objective=objective, samples=args.samples,
+            arm, frames, blend=args.blend or 0.0, start=start, goal=goal, gc=args.gc, psi=wished,
+            limit_margin=margin, roll=args.roll, objective=objective, samples=args.samples,
         )  # fmt: skip
     if args.step is not None and path.ok:
         path = path.finer(args.step)
@@ -159,7 +157,7 @@ def _plan(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[Join
     return path, _facts(path, path.q[:1]) | proven | {"branches": [asdict(branch) for branch in ranking]}
 
 
-def _step(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
+def _step(arm: Arm, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
     """Return the path that --policy produces pose by pose, not ok if it stops, and the facts to print."""
     refuse(args, ("goal", "limit-margin", "samples", "blend", "duration", "acceleration"), "--policy")
     if args.start is None:
@@ -170,8 +168,8 @@ def _step(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[Join
         frames = load_poses(args.path)
     with progress(f"stepping along {counted(len(frames), 'pose')}"):
         path = follow(
-            arm.with_(scene=scene, singularity_margin=args.singularity_margin), frames,
-            start=start, gc=args.gc, policy=policy, max_joint_step=args.step, roll=args.roll, **options,
+            arm, frames, start=start, gc=args.gc, policy=policy, max_joint_step=args.step, roll=args.roll,
+            **options,
         )  # fmt: skip
     return path, _facts(path, start[None]) | {"policy": repr(policy)}
 

@@ -90,7 +90,7 @@ def _make(args: argparse.Namespace) -> ReachMap:
     names = USUAL if args.fields is None else tuple(args.fields.split(","))
     with _meter(args.store) as meter:
         return reach_map(
-            any_arm(args).with_(singularity_margin=args.singularity_margin),
+            any_arm(args),
             args.store,
             spacing=_SPACING if args.spacing is None else args.spacing,
             tilt=_ANGLE * DEGREE if args.angle is None else args.angle,

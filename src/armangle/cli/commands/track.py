@@ -14,7 +14,6 @@ from ...files.tables import sample_times
 from ...files.trajectories import TrajectoryTable
 from ...motion.joint_path import even_parameters
 from ...motion.tracking import HandFilter, Tracked, Tracker, Tracking
-from ...scenes.scene import Scene
 from ..arguments import add, add_arm, add_scene, joint_bounds, number, some_poses, start_joints
 from ..loading import with_scene
 from ..messages import note
@@ -62,7 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print a summary of the control cycles, and write them to --output."""
-    arm, scene = with_scene(args)
+    arm = with_scene(args)
     velocity = joint_bounds("--velocity", args.velocity, "deg/s", arm.velocity)
     stated = np.full(len(velocity), _ACCELERATION)
     acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", stated)
@@ -70,11 +69,8 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--rate is {args.rate:g}, wanted cycles per second, more than 0")
     frames, rate = _ticks(some_poses(args.path, lost=True), args)
     first_seen = frames[np.isfinite(frames).all(axis=(1, 2)).argmax()]
-    tracker = Tracker(
-        arm.with_(scene=scene), 1 / rate, velocity, acceleration,
-        filter=HandFilter() if args.filter else None,
-    )  # fmt: skip
-    found = _start(arm, args.start, first_seen, scene)
+    tracker = Tracker(arm, 1 / rate, velocity, acceleration, HandFilter() if args.filter else None)
+    found = _start(arm, args.start, first_seen)
     tracker.start(found, outside="refuse" if args.start is not None else "escape")
     with progress(f"tracking {counted(len(frames), 'pose')}"):
         first = tracker.q
@@ -133,15 +129,15 @@ def _ticks(frames: Floats, args: argparse.Namespace) -> tuple[Floats, float]:
     return placed, 1 / step
 
 
-def _start(arm: Arm, text: str | None, frame: Floats, scene: Scene | None) -> Floats:
+def _start(arm: Arm, text: str | None, frame: Floats) -> Floats:
     """Return the joints (rad) of --start, or those of the first pose with the largest distance from limits;
     raise if they are outside the limits, or the pose has none.
     """
     if text is not None:
         return start_joints(text, arm)
-    best = arm.with_(scene=scene).solve(frame, prefer="margin")
+    best = arm.solve(frame, prefer="margin")
     if not best.ok:
-        why = arm.with_(scene=scene).explain(frame).explain()
+        why = arm.explain(frame).explain()
         raise PathError(f"no joints hold the first pose: {why.rstrip('.')}; give --start")
     return np.asarray(best.q)
 

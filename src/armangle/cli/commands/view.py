@@ -14,7 +14,6 @@ from ...models.mjcf import is_mjcf
 from ...motion.following import follow
 from ...motion.joint_path import JointPath
 from ...reach.voxels import ORIENTATIONS, voxels_of
-from ...scenes.scene import Scene
 from .. import paper_example
 from ..arguments import ARM, SCENE, add, add_arm, add_scene, given, number, start_joints
 from ..loading import is_description, links_of, with_scene
@@ -63,13 +62,13 @@ def run(args: argparse.Namespace) -> int:
                 )
     from ... import viewer
 
-    arm, scene = (paper_example.example()[0], None) if args.robot is None else with_scene(args)
+    arm = paper_example.example()[0] if args.robot is None else with_scene(args)
     start = None if args.start is None else start_joints(args.start, arm)
-    runs = _demo() if args.robot is None else _runs(arm, args.path, start, scene)
+    runs = _demo() if args.robot is None else _runs(arm, args.path, start)
     described = args.robot is not None and is_description(args.robot)
     base, tip = links_of(args)
     shown = viewer.Viewer(
-        viewer.ViewerState(arm.with_(scene=scene), start), runs, port=port, host=host, base=base, tip=tip,
+        viewer.ViewerState(arm, start), runs, port=port, host=host, base=base, tip=tip,
         urdf=Path(args.robot) if described and not is_mjcf(args.robot) else None,
     )  # fmt: skip
     if args.voxels is not None:
@@ -110,7 +109,7 @@ def _demo() -> dict[str, JointPath]:
     }
 
 
-def _runs(arm: Arm, file: str | None, start: Floats | None, scene: Scene | None) -> dict[str, JointPath]:
+def _runs(arm: Arm, file: str | None, start: Floats | None) -> dict[str, JointPath]:
     """Return the motions of a file of joints or poses, by name."""
     if file is None:
         return {}
@@ -119,7 +118,7 @@ def _runs(arm: Arm, file: str | None, start: Floats | None, scene: Scene | None)
             return {Path(file).name: motion_of(arm, load_joints(file))}
         except ModelError as no_joints:
             try:
-                return motions_along(arm, load_poses(file), start, scene)
+                return motions_along(arm, load_poses(file), start)
             except ModelError as no_poses:
                 message = f"neither joints ({no_joints}) nor poses ({no_poses})"
                 raise ModelError(message, source=file) from None
