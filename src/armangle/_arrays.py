@@ -275,14 +275,10 @@ def one_branch(name: str, value: int) -> int:
 
 
 def number_in(text: str) -> float:
-    """Return the number that a word of a file denotes, as in other programs.
+    """Return the number that a word of a file denotes, as in other programs; raise `ValueError` for no
+    number.
 
     Only Python accepts 1_000, and digits of every script.
-
-    Raises
-    ------
-    ValueError
-        If it is not a number.
     """
     if "_" in text or not text.isascii():
         raise ValueError(f"could not convert string to float: {text!r:.50}")

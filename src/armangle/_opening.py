@@ -93,10 +93,8 @@ def text_of(path: PathLike, most: int, fail: Fail) -> str:
 def parse_toml(text: str) -> dict[str, Any]:
     """Return the tables of a TOML text.
 
-    Raises
-    ------
-    ValueError
-        If the text is not TOML (tomllib.TOMLDecodeError), or nested more deeply than valid files.
+    Raises `ValueError` if the text is not TOML (tomllib.TOMLDecodeError), or nested more deeply than valid
+    files.
     """
     if _DOTTED.search(_WORDS.sub(lambda found: "" if found[1] else "_", text)):
         raise ValueError(f"holds a dotted key of more than {_KEY_PARTS} parts")

@@ -141,21 +141,10 @@ def has_package(package: str) -> bool:
 
 
 def needed(package: str, purpose: str, extra: str) -> Any:
-    """Return a package of an extra.
+    """Return a package of an extra, by its name.
 
-    Parameters
-    ----------
-    package : str
-        Name of the package.
-    purpose : str
-        The feature that requires it, such as "the viewer needs".
-    extra : str
-        The extra that contains it.
-
-    Raises
-    ------
-    MissingExtraError
-        With the command that installs the extra.
+    `purpose` is the feature that requires it, such as "the viewer needs". Raises `MissingExtraError` with the
+    command that installs `extra`.
     """
     try:
         return importlib.import_module(package)

@@ -281,12 +281,8 @@ KINDS.append(OffsetArm)
 
 
 def as_srs(arm: Arm, what: str) -> Arm:
-    """Return the arm if it has no offset wrist or shoulder.
-
-    Raises
-    ------
-    UnsupportedError
-        If it has one: `what` does not support it.
+    """Return the arm if it has no offset wrist or shoulder; raise `UnsupportedError` if it has: `what` lacks
+    it.
     """
     if isinstance(arm, OffsetArm):
         raise unsupported(what)

@@ -17,24 +17,11 @@ BY_OBSTACLE, NOT_PROVEN = JOINTS + 1, JOINTS + 2
 
 
 def skeleton(arm: Arm, q: ArrayLike) -> Floats:
-    """Return the corners of the stick figure, base to tool.
+    """Return the corners (..., 8, 3) of the stick figure at joints (..., 7), rad.
 
-    Parameters
-    ----------
-    arm : Arm
-    q : array_like, shape (..., 7)
-        Joint values, rad.
-
-    Returns
-    -------
-    ndarray, shape (..., 8, 3)
-        Base, shoulder, the end of d_se, elbow, the start of d_ew, wrist, flange, tool; m, in the frame that
-        poses are given in. Points 2, 3 and 4 coincide if the elbow has no offset (a_3, a_4, d_4). The ninth
-        corner of an offset wrist or shoulder is in `corners` alone.
-
-    Raises
-    ------
-    InputError
+    Base, shoulder, the end of d_se, elbow, the start of d_ew, wrist, flange, tool; m, in the frame that poses
+    are given in. Points 2, 3 and 4 coincide if the elbow has no offset (a_3, a_4, d_4). The ninth corner of
+    an offset wrist or shoulder is in `corners` alone.
     """
     frames = arm.frames(q)
     points = frames[..., [0, 1, 3, 3, 4, 5, 7, 7], :3, 3]
@@ -44,26 +31,10 @@ def skeleton(arm: Arm, q: ArrayLike) -> Floats:
 
 
 def elbow_points(arm: Arm, pose: ArrayLike, gc: int, psi: ArrayLike) -> Floats:
-    """Return the positions of the elbow on its circle.
+    """Return the positions (..., 3) of the elbow on its circle at arm angles (...), rad.
 
-    Parameters
-    ----------
-    arm : Arm
-    pose : array_like, shape (4, 4)
-    gc : int
-        Global configuration 0..7.
-    psi : array_like, shape (...)
-        Arm angles, rad.
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        m, in the frame that poses are given in. NaN without a solution, for an arm that is not S-R-S.
-
-    Raises
-    ------
-    UnreachableError
-        If the pose is out of reach of an S-R-S arm.
+    m, in the frame that poses are given in. NaN without a solution, for an arm that is not S-R-S; raises
+    `UnreachableError` if the pose (4, 4) is out of reach of an S-R-S arm.
     """
     if arm.kind == "srs":
         return arm.elbow(arm.inverse(pose, psi, gc, limits=False))
@@ -75,26 +46,11 @@ def elbow_points(arm: Arm, pose: ArrayLike, gc: int, psi: ArrayLike) -> Floats:
 
 
 def blockers(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArray[np.bool_]:
-    """Return for each joint whether its limits forbid an arm angle.
+    """Return for each joint whether its limits forbid an arm angle, (..., 7).
 
-    Parameters
-    ----------
-    arm : Arm
-    poses : array_like, shape (..., 4, 4)
-    gc : array_like of int, shape (...)
-    psi : array_like, shape (...)
-        Arm angles, rad, broadcasting with poses and gc.
-
-    Returns
-    -------
-    ndarray of bool, shape (..., 7)
-        True if joint i + 1 violates its limits (or margins) there; all True out of reach. False if that is
-        not proven for an arm that is not S-R-S: `unproven`.
-
-    Raises
-    ------
-    ArmangleError
-        As `Arm.feasible`.
+    `psi` (...), rad, broadcasts with `poses` (..., 4, 4) and `gc` (...). True if joint i + 1 violates its
+    limits (or margins) there; all True out of reach. False if that is not proven for an arm that is not
+    S-R-S: `unproven`. Raises as `Arm.feasible`.
     """
     each = arm.feasible(poses, gc, per_joint=True)
     angles = as_floats("psi", psi)[..., None]

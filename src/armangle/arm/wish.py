@@ -28,10 +28,8 @@ Direction = ArrayLike | str
 def as_wish(point: ArrayLike | None, direction: Direction | None) -> tuple[Wish, Floats]:
     """Return the kind of target, and its point (m) or direction of any length as float64 (..., 3).
 
-    Raises
-    ------
-    InputError
-        If not exactly one is given, the direction has no length, or the point is not finite in metres.
+    Raises `InputError` if not exactly one is given, the direction has no length, or the point is not finite
+    in metres.
     """
     if (point is None) == (direction is None):
         raise InputError(

@@ -80,17 +80,9 @@ class Command(Protocol):
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command line and return its exit status.
+    """Run the words after ``armangle`` (those of the process by default) and return the exit status.
 
-    Parameters
-    ----------
-    argv : sequence of str, optional
-        The words after ``armangle``; those of the process by default.
-
-    Returns
-    -------
-    int
-        0 ok, 1 no solution, 2 bad input; 130 if interrupted.
+    0 ok, 1 no solution, 2 bad input; 130 if interrupted.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     keep_whole(words)

@@ -59,20 +59,9 @@ _WORDS = {(5.0, _K): "from afar", (_ALPHA, _K): "near a limit", (100.0, _K): "at
 class Run:
     """One run of the example.
 
-    Parameters
-    ----------
-    policy : Repulsion
-        With its K and α.
-    path : JointPath
-        Its result.
-    start : ndarray, shape (7,)
-        Joints (37) before the first pose, rad.
-    psi_start : float
-        Arm angle there, rad.
-    gc_start : int
-        Global configuration there.
-    seconds_per_pose : float
-        Median of repeated runs, measured during this run.
+    Its `policy`, with K and α, and the `path` that results; `start`, joints (37) before the first pose, rad,
+    with arm angle `psi_start`, rad, and `gc_start` there; `seconds_per_pose`, the median of repeated runs,
+    measured during this run.
     """
 
     policy: Repulsion
@@ -164,10 +153,7 @@ def draw(made: Run, file: BinaryIO) -> None:
 def draw_overview(runs: list[Run], file: BinaryIO) -> None:
     """Write a PNG of all runs: their arm angles with the blocked ones, and their margins.
 
-    Raises
-    ------
-    MissingExtraError
-        Without matplotlib.
+    Raises `MissingExtraError` without matplotlib.
     """
     figure = _figure(_WIDE)
     from matplotlib.patches import Patch

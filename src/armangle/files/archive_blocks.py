@@ -38,10 +38,7 @@ def refuse(path: PathLike, message: str, line: int | None = None) -> NoReturn:
 def read_blocks(path: PathLike) -> dict[str, NDArray[Any]]:
     """Return the blocks of an NPZ file, or for any ending but .npz of a JSON file, unchecked.
 
-    Raises
-    ------
-    ModelError
-        If the file does not exist, or is not of its kind.
+    Raises `ModelError` if the file does not exist, or is not of its kind.
     """
     return _read_npz(path) if Path(path).suffix.lower() == ".npz" else _read_json(path)
 
@@ -49,10 +46,7 @@ def read_blocks(path: PathLike) -> dict[str, NDArray[Any]]:
 def number_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str, width: int) -> Floats:
     """Return a block as float64 (N, width), or (N,) for width 0.
 
-    Raises
-    ------
-    ModelError
-        If it is missing, holds anything but real numbers, or has another shape.
+    Raises `ModelError` if it is missing, holds anything but real numbers, or has another shape.
     """
     if name not in blocks:
         refuse(path, f"missing {name!r}; the file has {', '.join(map(repr, blocks)) or 'nothing'}")
@@ -69,13 +63,7 @@ def number_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str, 
 
 
 def word_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str) -> list[str]:
-    """Return a block of words, which must be in `blocks`.
-
-    Raises
-    ------
-    ModelError
-        If it holds anything but words.
-    """
+    """Return a block of words, which must be in `blocks`; raise `ModelError` if it holds anything else."""
     block = blocks[name]
     if block.ndim != 1 or (block.size and block.dtype.kind != _WORDS):
         refuse(path, f"{name} is not a row of words but of {block.dtype}, shape {block.shape}")

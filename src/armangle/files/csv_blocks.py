@@ -63,22 +63,10 @@ def open_text(path: PathLike, fail: _opening.Fail) -> TextIO:
 class CsvFile:
     """A CSV file with a header, read in blocks.
 
-    Parameters
-    ----------
-    path : path
-    required : sequence of str
-        Required columns of numbers; their order is that of `CsvBlock.numbers`.
-    optional : sequence of str
-        Optional columns of numbers that follow them; NaN if the file has none.
-    words : sequence of str
-        Optional columns of text. All other columns are ignored.
-    lost : bool
-        Whether cells for numbers may be empty: these are NaN. Otherwise rows of empty cells only end a file.
-
-    Raises
-    ------
-    ModelError
-        With file, line and column (the number of the field, from 1).
+    `required` and then `optional` are columns of numbers, in the order of `CsvBlock.numbers`, NaN for a
+    missing optional one; `words` are optional columns of text. All other columns are ignored. If `lost`,
+    cells for numbers may be empty: these are NaN. Otherwise rows of empty cells only end a file. Raises
+    `ModelError` with file, line and column (the number of the field, from 1).
     """
 
     def __init__(

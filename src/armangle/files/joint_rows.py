@@ -24,14 +24,8 @@ Fault = tuple[int, str, str]
 def row_fault(numbers: Floats, words: list[str] | None, given: Collection[str]) -> Fault | None:
     """Return row, column and text of a fault of joint rows, each checked by itself; None if they have none.
 
-    Parameters
-    ----------
-    numbers : ndarray, shape (N, 11)
-        The columns q1..q7 and `OPTIONAL`; NaN if the file has none.
-    words : list of N str, or None
-        The status.
-    given : names
-        The columns of the file.
+    `numbers` (N, 11) are the columns q1..q7 and `OPTIONAL`, NaN if the file has none; `words` the status of
+    each row, or None; `given` the columns of the file.
     """
     q, s, psi, gc = numbers[:, :JOINTS], numbers[:, _S], numbers[:, _PSI], numbers[:, _GC]
     if np.isinf(q).any():

@@ -21,16 +21,10 @@ _WRITABLE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 def replacing(path: PathLike) -> Iterator[BinaryIO]:
     """Open a file beside `path` for writing; it replaces `path` when the block succeeds.
 
-    If the block fails, or the process is killed in it, the old file is unchanged.
+    If the block fails, or the process is killed in it, the old file is unchanged. Raises `OutputError` with
+    `path`, if it cannot be written: no such folder, no permission, no space; a read-only file; or no regular
+    file: a folder, a pipe, a device.
 
-    Raises
-    ------
-    OutputError
-        With `path`, if it cannot be written: no such folder, no permission, no space; a read-only file; or no
-        regular file: a folder, a pipe, a device.
-
-    Examples
-    --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with replacing(f"{folder}/a.txt") as file:

@@ -25,16 +25,9 @@ _ROWS_AT_ONCE = 4096
 class Sheet:
     """Columns to save.
 
-    Parameters
-    ----------
-    kind : str
-        Kind of value, such as "joints"; a word in NPZ and JSON files.
-    blocks : mapping of str to ndarray, shape (N,) or (N, k)
-        Numbers or words, in the order of the file.
-    headings : mapping of str to tuple of k str
-        CSV headings of the blocks with more than one column.
-    joint_names : tuple of str
-        For a trajectory, for YAML.
+    `kind` of value, such as "joints", a word in NPZ and JSON files; `blocks` by name, (N,) or (N, k) numbers
+    or words, in the order of the file; `headings`, the k CSV headings of each block with more than one
+    column; `joint_names` of a trajectory, for YAML.
     """
 
     kind: str
@@ -44,13 +37,7 @@ class Sheet:
 
 
 def ending(path: PathLike) -> str:
-    """Return the ending of a file to write: .csv, .npz, .json or .yaml.
-
-    Raises
-    ------
-    InputError
-        For any other ending.
-    """
+    """Return the ending of a file to write: .csv, .npz, .json or .yaml; raise `InputError` for any other."""
     found = Path(path).suffix.lower()
     if found not in WRITERS:
         raise InputError(f"{path}: ending {found!r} is not known, wanted one of {', '.join(WRITERS)}")

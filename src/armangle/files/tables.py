@@ -232,11 +232,7 @@ def load_poses(path: PathLike, *, lost: bool = False) -> Floats:
 def sample_times(path: PathLike) -> Floats | None:
     """Return the column t (s) of a CSV file of poses, NaN in empty cells.
 
-    None without that column or without rows, and for NPZ and JSON.
-
-    Raises
-    ------
-    ModelError
+    None without that column or without rows, and for NPZ and JSON. Raises `ModelError`.
     """
     if Path(path).suffix.lower() in (".npz", ".json"):
         return None

@@ -39,14 +39,8 @@ def cross(u: FloatArray, v: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Axes:
-    """Seven axes as lines at q = 0.
-
-    Parameters
-    ----------
-    points : ndarray of shape (7, 3)
-        A point on each, m.
-    directions : ndarray of shape (7, 3)
-        Unit vectors of positive rotation.
+    """Seven axes as lines at q = 0: `points` (7, 3), one on each, m; unit `directions` (7, 3) of positive
+    rotation.
     """
 
     points: FloatArray
@@ -154,16 +148,8 @@ def tolerances(length: float | None, angle: float | None) -> str:
 def reasons_against(axes: Axes, angle: float, length: float) -> list[Reason]:
     """Return every reason why the axes are not S-R-S, most important first.
 
-    Angles are ranked by their effect over the length of the arm.
-
-    Parameters
-    ----------
-    axes : Axes
-        The axes of the arm.
-    angle : float
-        Permitted deviation of neighbours from 90 degrees, rad.
-    length : float
-        Permitted distance of axes from a common point, m.
+    `angle` (rad) is the permitted deviation of neighbours from 90 degrees, `length` (m) the permitted
+    distance of axes from a common point. Angles are ranked by their effect over the length of the arm.
     """
     reasons = [
         Reason(_square_sentence(i, axes), axes.squareness_error(i) * axes.extent(), False)

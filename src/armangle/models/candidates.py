@@ -28,16 +28,10 @@ _MOST_JOINTS = 300  # of a tree in which every run of seven joints is measured; 
 
 @dataclass
 class RigidBody:
-    """Links that do not move against each other.
+    """Links that do not move against each other, by name.
 
-    Parameters
-    ----------
-    links : list of str
-        Their names, the topmost first.
-    ends : list of str
-        Links without a further link of this body.
-    parting : str
-        The lowest link above all ends; the end itself if there is only one.
+    `links`, the topmost first; `ends`, those without a further link of this body; `parting`, the lowest link
+    above all ends, or the end itself if there is only one.
     """
 
     links: list[str] = field(default_factory=list)
@@ -165,23 +159,11 @@ class Tree:
 class Candidate:
     """Seven rotating joints between two links of a file, and their deviation from S-R-S.
 
-    Parameters
-    ----------
-    base, tip : str
-        The topmost link of the body with the first joint, and the lowest link above all ends of the body
-        after the last.
-    ends : tuple of str
-        If that last body has several ends, their names: each may be the tip.
-    joints : tuple of 7 str
-        From base to tip.
-    nearness : Nearness or None
-        Deviation of the axes from those of an S-R-S arm; None if the joints cannot be read.
-    chain : Chain or None
-        As the file has it; None if it cannot be read.
-    offset : str
-        "wrist" or "shoulder" if the chain is S-R-S except for one offset there, or nearly; otherwise empty.
-    offset_residual : float
-        Largest distance found between the arm with that offset and the file, m; 0 within rounding.
+    `base` is the topmost link of the body with the first joint, `tip` the lowest link above all ends of the
+    body after the last. Each of `ends` may be the tip instead. `joints` are from base to tip. `nearness` and
+    `chain`, as the file has it, are None if the joints cannot be read. `offset` is "wrist" or "shoulder" if
+    the chain is S-R-S except for one offset there, or nearly, otherwise empty; `offset_residual` is the
+    largest distance found between the arm with that offset and the file, m, 0 within rounding.
     """
 
     base: str
@@ -258,20 +240,11 @@ def find_candidates(
 ) -> list[Candidate]:
     """Return every chain of seven rotating joints: S-R-S, with an offset, near, others in file order.
 
-    A chain begins at the root, where the tree branches, after a joint that does not rotate, or at ``base``.
-    It ends at a leaf, where the tree branches, or before a joint that does not rotate. At a branching
-    between, it continues with the deepest branch (`Tree.goes_on`). A chain that is S-R-S, or has an offset
-    wrist or shoulder, may be anywhere. A near one may begin or end anywhere, and so may all if there is no
-    other.
-
-    Parameters
-    ----------
-    tree : Tree
-        The file.
-    chain : callable
-        Reads the chain between two links.
-    base : str, optional
-        A link: only chains from its body are returned.
+    A chain begins at the root, where the tree branches, after a joint that does not rotate, or at the link
+    `base`: then only chains from its body are returned. It ends at a leaf, where the tree branches, or before
+    a joint that does not rotate. At a branching between, it continues with the deepest branch
+    (`Tree.goes_on`). A chain that is S-R-S, or has an offset wrist or shoulder, may be anywhere. A near one
+    may begin or end anywhere, and so may all if there is no other. `chain` reads the chain between two links.
     """
     wanted = None if base is None else tree.body_of(base)
     anywhere = len(tree.joints) <= _MOST_JOINTS
@@ -331,18 +304,9 @@ def guess(
 ) -> tuple[str, str, tuple[str, ...]]:
     """Return base and tip, missing ones guessed, and notes of other possible choices.
 
-    ``fail`` receives the reason if that is impossible.
-
-    Parameters
-    ----------
-    tree, chain
-        As in :func:`find_candidates`.
-    base, tip : str, optional
-        Links of the tree, at most one of them.
-    fail : callable
-        Raises the error of the file's format.
-    offset : bool, optional
-        Of several chains take the only one with an offset wrist or shoulder, not the only S-R-S one.
+    `tree` and `chain` are as in `find_candidates`; at most one of `base` and `tip`, links of the tree, is
+    given. `fail` receives the reason if no guess is possible, and raises the error of the file's format. With
+    `offset`, the only one of several chains with an offset wrist or shoulder is used, not the only S-R-S one.
     """
     if tip is not None:
         return _base_of(tree, chain, tip, fail), tip, ()

@@ -39,22 +39,10 @@ _LARGEST = 1e9  # upper bound of lengths in m and angles in degrees
 class CatalogueEntry:
     """One robot of the catalogue.
 
-    Parameters
-    ----------
-    name : str
-        The name to request.
-    title : str
-        Maker and type.
-    source : str
-        Origin of the numbers, in words.
-    revision : str
-        The commit or release of the source with which the numbers were compared; empty if they were not.
-    tip : str
-        The frame of the tip.
-    description : ArmDescription
-        The arm; its notes list untrusted numbers.
-    lengths_trusted, limits_trusted, velocity_trusted : bool
-        False if the source is doubtful.
+    `name` to request it; `title`, maker and type; `source`, origin of the numbers, in words; `revision`, the
+    commit or release of the source with which they were compared, empty if they were not; `tip`, its frame in
+    words; `description`, whose notes list untrusted numbers. `lengths_trusted`, `limits_trusted` and
+    `velocity_trusted` are False if the source is doubtful.
     """
 
     name: str
@@ -156,10 +144,8 @@ def _near(name: str, known: Sequence[str]) -> list[str]:
 def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
     """Return the robot of a TOML file; its name is that of the file.
 
-    Raises
-    ------
-    ModelError
-        With file and line: no such file, not TOML, a key that is missing, unknown or of the wrong type.
+    Raises `ModelError` with file and line: no such file, not TOML, a key that is missing, unknown or of the
+    wrong type.
     """
     path = Path(path)
 

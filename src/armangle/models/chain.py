@@ -20,19 +20,9 @@ _QUARTER_TURN_BACK_X = _QUARTER_TURN_X.T
 class Joint:
     """One rotating joint of a chain.
 
-    Parameters
-    ----------
-    name : str
-        Its name in the source.
-    origin : ndarray of shape (4, 4)
-        Frame of the joint at q = 0 in the frame of the joint before it (in the base link, for the
-        first).
-    axis : ndarray of shape (3,)
-        Unit vector of positive rotation in the joint's own frame.
-    lower, upper : float
-        Limits, rad; infinite without a limit.
-    velocity : float
-        Largest velocity, rad/s; infinite if unknown.
+    `name` in the source; `origin` (4, 4), its frame at q = 0 in that of the joint before it (in the base
+    link, for the first); `axis` (3,), unit vector of positive rotation in its own frame; limits `lower` and
+    `upper`, rad, and largest `velocity`, rad/s, infinite if there is none, or it is unknown.
     """
 
     name: str

@@ -126,14 +126,7 @@ def box_mesh(size: Floats) -> tuple[Floats, NDArray[np.int64]]:
 def cover_mesh(vertices: Floats, faces: NDArray[np.int64], most: int) -> list[Rod]:
     """Return at most `most` rods that together contain a closed mesh and its interior.
 
-    Parameters
-    ----------
-    vertices : ndarray, shape (V, 3)
-        m.
-    faces : ndarray of int, shape (F, 3)
-        Closed: see `open_edges`.
-    most : int
-        Largest number of rods.
+    `vertices` (V, 3), m; `faces` (F, 3), closed: see `open_edges`.
     """
     triangles = vertices[faces]
     corners = triangles.reshape(-1, 3)

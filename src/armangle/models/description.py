@@ -83,12 +83,7 @@ class ArmDescription:
 
 @dataclass(frozen=True, eq=False)
 class OffsetDescription(ArmDescription):
-    """Numbers of an arm with one offset in addition to S-R-S.
-
-    Parameters
-    ----------
-    a_1, a_6 : float
-        Offset between the axes of joints 1 and 2, or of joints 6 and 7, m: one of them is 0.
+    """Numbers of an arm with one offset in addition to S-R-S: `a_1` or `a_6` (m) as of `Arm`, the other is 0.
 
     Source: docs, background/other_wrists.
     """

@@ -85,35 +85,17 @@ def describe_chain(
     exact: bool = True,
     of_body: bool = False,
 ) -> tuple[ArmDescription, ImportReport]:
-    """Return the S-R-S arm that equals a chain of seven joints, exactly or nearly.
+    """Return the S-R-S arm that equals a chain of seven rotating joints, exactly or nearly, and a report.
 
-    Parameters
-    ----------
-    chain : Chain
-        A chain of seven rotating joints.
-    angle : float, optional
-        Permitted deviation of neighbouring axes from right angles, rad.
-    length : float, optional
-        Permitted distance of axes from the shoulder and wrist points, m. Elbow offsets and lengths are always
-        kept unless they are below ``ZERO_LENGTH``.
-    exact : bool, optional
-        False: keep the chain with the arm if the two differ; axes may then deviate by ``NEAR_ANGLE`` and
-        ``NEAR_LENGTH``, or by larger tolerances.
-    of_body : bool, optional
-        Whether it is used for the links of a `Body`, which has no tolerances: the error then names none.
+    The arm is in the joint coordinates and frames of the chain: the chain itself without its rounding errors,
+    or, beyond the default tolerances, the arm fitted to it. The report has the deviation of the chain itself
+    from that. Raises `ModelError` with all the reasons if there is no such arm.
 
-    Returns
-    -------
-    ArmDescription
-        Exactly S-R-S, in the joint coordinates and frames of the chain: the chain itself without its rounding
-        errors, or, beyond the default tolerances, the arm fitted to it.
-    ImportReport
-        The deviation of the chain itself from that.
-
-    Raises
-    ------
-    ModelError
-        With all the reasons.
+    `angle` (rad) is the permitted deviation of neighbouring axes from right angles, `length` (m) that of axes
+    from the shoulder and wrist points. Elbow offsets and lengths are always kept unless they are below
+    `ZERO_LENGTH`. If not `exact`, the chain is kept with the arm if the two differ; axes may then deviate by
+    `NEAR_ANGLE` and `NEAR_LENGTH`, or by larger tolerances. `of_body`: for the links of a `Body`, which has
+    no tolerances, so the error names none.
     """
     _check_tolerances(angle, length)
     axes = Axes(*chain.lines())
@@ -152,16 +134,9 @@ def srs_arm(chain: Chain) -> ArmDescription:
 class Nearness:
     """Deviation of seven axes from those of an S-R-S arm.
 
-    Parameters
-    ----------
-    miss : float
-        Largest distance of axes from the shoulder or wrist point, m.
-    tilt : float
-        Largest deviation of two neighbours from a right angle, rad.
-    srs : bool
-        Whether the axes are S-R-S within the default tolerances.
-    near : bool
-        Whether they are not S-R-S, but are up to ``NEAR_LENGTH`` and ``NEAR_ANGLE``.
+    `miss`, largest distance of axes from the shoulder or wrist point, m; `tilt`, largest deviation of two
+    neighbours from a right angle, rad; `srs`, whether they are S-R-S within the default tolerances; `near`,
+    whether they are not, but are up to `NEAR_LENGTH` and `NEAR_ANGLE`.
     """
 
     miss: float

@@ -23,23 +23,12 @@ _ZEROS = range(1, JOINTS - 1)  # the zeros of joints 1 and 7 are rotations of ba
 
 
 def fit(start: ArmDescription, chain: Chain) -> ArmDescription:
-    """Return the arm whose tip is nearest to that of a chain, in the mean square over configurations within
-    its limits.
+    """Return the S-R-S arm whose tip is nearest to that of a chain, in the mean square over configurations
+    within its limits.
 
     Lengths, elbow offsets, zeros, base and tool are free; an angle is weighted by its effect at the end of
-    the reach. Gauss-Newton from ``start``; a step that does not improve the fit is halved.
-
-    Parameters
-    ----------
-    start : ArmDescription
-        In the joint coordinates of the chain.
-    chain : Chain
-        Of seven rotating joints.
-
-    Returns
-    -------
-    ArmDescription
-        Exactly S-R-S; its zeros, base and tool are not in the form that :mod:`armangle.models.detect` writes.
+    the reach. Gauss-Newton from `start`, in the joint coordinates of the chain; a step that does not improve
+    the fit is halved. Zeros, base and tool are not in the form that `detect` writes.
     """
     q = _postures(chain)
     wanted = chain.forward(q)

@@ -28,15 +28,8 @@ _TURN = 2 * np.pi
 class JoinedCurve:
     """Consecutive curves, each over its part of s.
 
-    Parameters
-    ----------
-    curves : sequence of Curve
-    ends : ndarray, shape (K + 1,)
-        Their ends in s.
-    turns : ndarray, shape (K,)
-        Full turns added to the arm angle of each, rad.
-    segments : ndarray
-        Of the end effector's path.
+    `ends` (K + 1,) are their ends in s, `turns` (K,) full turns added to the arm angle of each, rad;
+    `segments` are those of the end effector's path.
     """
 
     curves: Sequence[AnyCurve]

@@ -558,10 +558,7 @@ class JointPath:
     def _apart(self) -> Ints:
         """Return the indices of rows with a larger s than the row before; others repeat its joints.
 
-        Raises
-        ------
-        PathError
-            If joints move between two rows with the same s.
+        Raises `PathError` if joints move between two rows with the same s.
         """
         kept = np.append(0, np.flatnonzero(np.diff(self.s) > 0) + 1)
         moved = np.abs(self.q - self.q[kept[np.searchsorted(kept, np.arange(len(self)), side="right") - 1]])

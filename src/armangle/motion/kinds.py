@@ -25,13 +25,10 @@ _SHUT = 1e-9  # sine of a hinge that is 0 up to rounding
 
 
 def check_step(arm: Arm, roll: object, carry: object, policy: object, allowed: object) -> None:
-    """Raise for options of a step that the kind of arm does not support.
+    """Raise `UnsupportedError` for options of a step that the kind of arm does not support.
 
-    Raises
-    ------
-    UnsupportedError
-    InputError
-        If psi is the value of joint 7, which a free roll keeps, and the policy or `allowed` asks for another.
+    `InputError` if psi is the value of joint 7, which a free roll keeps, and the policy or `allowed` asks for
+    another.
     """
     if not isinstance(arm, OffsetArm):
         return

@@ -68,12 +68,7 @@ def outside_of(fallback: Fallback) -> str:
 
 
 def as_seconds(dt: float) -> float:
-    """Return the time of a step, s, and warn if it looks like another unit.
-
-    Raises
-    ------
-    InputError
-    """
+    """Return the time of a step, s, and warn if it looks like another unit; `InputError` if it is no time."""
     if isinstance(dt, bool):
         raise InputError(f"dt is {dt}, wanted a time in s")
     time = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
@@ -85,10 +80,8 @@ def as_seconds(dt: float) -> float:
 def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) -> Any:
     """Return the core's arm whose joint 7 stays if the roll is free, else None; errors call joints `name`.
 
-    Raises
-    ------
-    InputError
-        If the tool's z axis is not axis 7, joint 7 violates its limits, or a shape in the scene would turn.
+    Raises `InputError` if the tool's z axis is not axis 7, joint 7 violates its limits, or a shape in the
+    scene would turn.
     """
     if chosen("roll", roll, ROLLS) == "pose":
         return None
@@ -121,10 +114,7 @@ UNBOUNDED = np.concatenate([[1.0], np.full(2 * JOINTS, np.inf), np.zeros(JOINTS)
 def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
     """Return a bound for each joint (7,): infinite for None, `stated`, the arm's own, for True, else `value`.
 
-    Raises
-    ------
-    InputError
-        If it is NaN, negative or 0, or True and the arm has none.
+    Raises `InputError` if it is NaN, negative or 0, or True and the arm has none.
     """
     if value is None or value is False:
         return np.full(JOINTS, np.inf)
@@ -139,12 +129,7 @@ def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
 
 
 def positive(name: str, value: ArrayLike) -> Floats:
-    """Return one number, or seven, > 0, as (7,), and warn if they look like degrees.
-
-    Raises
-    ------
-    InputError
-    """
+    """Return one number or seven, > 0, as (7,), and warn if they look like degrees; or raise `InputError`."""
     bound = one_or_seven(name, value)
     if np.isnan(bound).any():
         raise InputError(f"{name} holds nan, wanted numbers > 0")
@@ -174,12 +159,7 @@ def step_bounds(
 
 
 def finite_seven(name: str, value: ArrayLike) -> Floats:
-    """Return seven joint velocities, finite, rad/s.
-
-    Raises
-    ------
-    InputError
-    """
+    """Return seven joint velocities, finite, rad/s; or raise `InputError`."""
     speeds = as_floats(name, value, (JOINTS,))
     if speeds.ndim != 1:
         raise InputError(f"{name} has shape {speeds.shape}, wanted ({JOINTS},)")

@@ -127,8 +127,7 @@ class Hold(Policy):
     Parameters
     ----------
     outside : "nearest", "stop" or "escape"
-        If the arm angle lies in no arc: move to the nearer end in one step, or stop with a status. With
-        "escape" steps in a `scene` leave a collision in as many steps as needed: CLEARANCE until then.
+        As for `Repulsion`.
 
     Raises
     ------
@@ -159,8 +158,7 @@ class Centre(_Rated):
     rate : float, optional
         Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt).
     outside : "nearest", "stop" or "escape"
-        If the arm angle lies in no arc: move to the nearer end in one step, or stop with a status. With
-        "escape" steps in a `scene` leave a collision in as many steps as needed: CLEARANCE until then.
+        As for `Repulsion`.
 
     Raises
     ------
@@ -205,8 +203,7 @@ class Towards(_Rated):
     rate : float, optional
         Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt).
     outside : "nearest", "stop" or "escape"
-        If the arm angle lies in no arc: move to the nearer end in one step, or stop with a status. With
-        "escape" steps in a `scene` leave a collision in as many steps as needed: CLEARANCE until then.
+        As for `Repulsion`.
 
     Raises
     ------

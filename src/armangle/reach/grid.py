@@ -20,16 +20,9 @@ _TILES = 4096  # wanted maximum: each tile is one file for every field
 class Grid:
     """A grid over the four numbers of a pose that determine joints 2 to 6, in tiles of `side` x `side`.
 
-    Parameters
-    ----------
-    spacing : float
-        Distance between wrist positions, m.
-    tilts, turns : int
-        Number of tilts in [0, π] and turns in [-π, π]; values are those at the middles of the cells.
-    side : int
-        Wrist positions along r, and along z, in one tile.
-    across, along : int
-        Tiles along r and along z.
+    `spacing`, distance between wrist positions, m; `tilts` and `turns`, number of tilts in [0, π] and turns
+    in [-π, π], whose values are those at the middles of the cells; `side`, wrist positions along r, and along
+    z, in one tile; `across` and `along`, tiles along r and along z.
     """
 
     spacing: float

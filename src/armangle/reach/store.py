@@ -50,12 +50,7 @@ class Store:
     def __init__(self, place: PathLike) -> None:
         """Open the map at a folder, or at an address that fsspec knows.
 
-        Raises
-        ------
-        ModelError
-            If there is no map.
-        MissingExtraError
-            Without zarr.
+        Raises `ModelError` if there is no map, `MissingExtraError` without zarr.
         """
         self.place = address(place)
         group = _group(self.place)
@@ -118,46 +113,25 @@ class Store:
             self._marks[tile] = _check_sum(values.values())
 
     def read(self, tile: int) -> Tile:
-        """Return the stored values of a tile.
-
-        Raises
-        ------
-        ModelError
-            If one of its files is damaged.
-        """
+        """Return the stored values of a tile; raise `ModelError` if one of its files is damaged."""
         return {name: self.read_field(name, tile) for name in self.fields}
 
     def read_field(self, name: str, tile: int) -> NDArray[Any]:
-        """Return the stored values of one field of a tile.
-
-        Raises
-        ------
-        ModelError
-            If the file is damaged.
-        """
+        """Return the stored values of one field of a tile; raise `ModelError` if the file is damaged."""
         with self.reading(f"tile {tile} of field {name!r}"):
             values: NDArray[Any] = self.arrays[name][self.grid.window(tile)]
         return values
 
     def check_readable(self, name: str) -> None:
-        """Raise an error that names the first tile of a field that cannot be read, if there is one.
-
-        Raises
-        ------
-        ModelError
-        """
+        """Raise `ModelError` with the first tile of a field that cannot be read, if there is one."""
         for tile in range(self.grid.tiles):
             self.read_field(name, tile)
 
     def fill(self, tile: int) -> None:
         """Compute and write a tile, unless it is marked.
 
-        Raises
-        ------
-        InputError
-            If this process uses another instruction set than the one that began the map.
-        OutputError
-            If the store cannot be written.
+        Raises `InputError` if this process uses another instruction set than the one that began the map,
+        `OutputError` if the store cannot be written.
         """
         if self.facts["isa"] != ISA:
             raise _of_another(self.place, "isa", self.facts["isa"], ISA)
@@ -242,12 +216,8 @@ def address(place: PathLike) -> str:
 def make_store(arm: Arm, place: PathLike, grid: Grid, names: tuple[str, ...]) -> Store:
     """Return the store of a map; create it if there is none.
 
-    Raises
-    ------
-    InputError
-        If the place holds a different map, one of another armangle version, or something else.
-    OutputError
-        If it cannot be written.
+    Raises `InputError` if the place holds a different map, one of another armangle version, or something
+    else; `OutputError` if it cannot be written.
     """
     facts: dict[str, Any] = {
         "format": _FORMAT, "armangle": __version__, "isa": ISA, "arm": _to_json(arm), "grid": asdict(grid),

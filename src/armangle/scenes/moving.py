@@ -15,10 +15,7 @@ Scenes = Scene | Sequence[Scene] | Callable[[float], Scene]
 def scenes_at(scene: Scenes | None, s: Sequence[float]) -> list[Scene]:
     """Return the scenes as a list: none for None, one for a single `Scene`, otherwise one for each s.
 
-    Raises
-    ------
-    SceneError
-        If there are more or fewer than s, or one of them is not a `Scene`.
+    Raises `SceneError` if there are more or fewer than s, or one of them is not a `Scene`.
     """
     if scene is None:
         return []

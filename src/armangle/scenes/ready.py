@@ -118,12 +118,8 @@ def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
     """Return a scene prepared for an arm that has a collision model or a gripper.
 
     `last` is another scene prepared for the same arm. Its data of own links, or those that the arm keeps, are
-    reused.
-
-    Raises
-    ------
-    SceneError
-        If the arm has neither, or too many shapes, a name is unknown, or lengths were meant in mm.
+    reused. Raises `SceneError` if the arm has neither, or too many shapes, a name is unknown, or lengths were
+    meant in mm.
     """
     if not isinstance(scene, Scene):
         raise no_scene(scene, "an armangle.Scene")

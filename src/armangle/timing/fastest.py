@@ -62,22 +62,9 @@ class TooFast(PathError):
 def fastest(g: Grid, acceleration: Floats, most: Floats, ends: tuple[float, float] = (0.0, 0.0)) -> Timing:
     """Return the fastest timing from one speed to another, without a stop between.
 
-    Parameters
-    ----------
-    g : Grid
-        s and the derivatives of q.
-    acceleration : ndarray, shape (7,)
-        Largest joint accelerations, rad/s².
-    most : ndarray, shape (N + 1,)
-        Largest ds/dt at each s, 1/s.
-    ends : two floats
-        ds/dt at the start and end, 1/s.
-
-    Raises
-    ------
-    MissingExtraError
-    PathError
-        If there is none, for example if such a speed cannot be braked.
+    `acceleration` (7,), largest joint accelerations, rad/s²; `most` (N + 1,), largest ds/dt at each s of the
+    grid, 1/s; `ends`, ds/dt at the start and end, 1/s. Raises `MissingExtraError`, and `PathError` if there
+    is none, for example if such a speed cannot be braked.
     """
     return from_speeds(g.s, np.sqrt(_squares(g, acceleration, most, ends)))
 
@@ -235,33 +222,15 @@ def smooth(
 ) -> Smooth:  # fmt: skip
     """Return a fast timing with bounded jerk from one end to the other, without a stop between.
 
-    If a moving end requires it, bounds are exceeded by as little as is found: `Smooth.over`.
+    `derivatives` gives q', q'', q''' (N, 3, 7) at s (N,), `most` the largest ds/dt (N,), 1/s. `bounds` (7,)
+    each: joint velocities, accelerations and jerks, rad/s, rad/s², rad/s³. `knots` is the number of intervals
+    of the spline of y if the motion does not slow down often; `ends` is the motion at its start and end. If
+    an end moves, `rough` is required, a timing from one end to the other without a bound on jerk. `before` is
+    the result with fewer knots: new ones are placed where its speed changes; or stay, if bounds are also
+    asked for at s `broken` (K,), where it breaks them.
 
-    Parameters
-    ----------
-    derivatives : function of s (N,)
-        q', q'', q''', (N, 3, 7).
-    g : Grid
-    bounds : three ndarray, shape (7,)
-        Largest joint velocities, accelerations and jerks: rad/s, rad/s², rad/s³.
-    most : function of s (N,)
-        Largest ds/dt, (N,), 1/s.
-    knots : int
-        Intervals of the spline of y, if the motion does not slow down often.
-    ends : two End
-        Motion at its start and end.
-    rough : Timing, optional
-        A timing from one end to the other without a bound on jerk; required if an end moves.
-    before : Smooth, optional
-        The result with fewer knots: new knots are placed where its speed changes ...
-    broken : ndarray, shape (K,), optional
-        ... or stay, and bounds are also asked for at these s, where it breaks them.
-
-    Raises
-    ------
-    MissingExtraError
-    PathError
-        If there is none.
+    If a moving end requires it, bounds are exceeded by as little as is found: `Smooth.over`. Raises
+    `MissingExtraError`, and `PathError` if there is no timing.
     """
     course = _Course(float(g.s[0]), float(g.s[-1]), ends)
     _, acceleration, jerk = bounds

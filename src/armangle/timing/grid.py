@@ -47,12 +47,8 @@ class Grid(NamedTuple):
 def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
     """Return derivatives on at least `count` intervals over [0, 1], `least` between breaks, also at `more`.
 
-    If that makes more than `MANY` intervals, there are fewer between breaks.
-
-    Raises
-    ------
-    PathError
-        If joints have no finite rate along the path at one of them.
+    If that makes more than `MANY` intervals, there are fewer between breaks. Raises `PathError` if joints
+    have no finite rate along the path at one of them.
     """
     ends = breaks(motion)
     least = min(least, max(1, MANY // (len(ends) - 1)))

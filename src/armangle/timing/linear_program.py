@@ -12,12 +12,7 @@ from ..errors import PathError
 
 
 def needed(name: str) -> Any:
-    """Return a package of the extra ``time``.
-
-    Raises
-    ------
-    MissingExtraError
-    """
+    """Return a package of the extra ``time``; raise `MissingExtraError` without it."""
     return errors.needed(name, "timing needs", "time")
 
 
@@ -31,12 +26,8 @@ class Basis(NamedTuple):
 class LinearProgram:
     """The z in [lowest, highest] of least cost with rows z <= 1; rows may be added to a solved program.
 
-    Parameters
-    ----------
-    cost, lowest, highest : ndarray, shape (N,)
-    rows : sparse matrix, shape (M, N)
-    basis : Basis, optional
-        Of a program with these variables and the first of these rows; its numbers may differ.
+    `cost`, `lowest`, `highest` (N,); `rows`, a sparse matrix (M, N); `basis` of a program with these
+    variables and the first of these rows, whose numbers may differ.
     """
 
     def __init__(
@@ -75,12 +66,7 @@ class LinearProgram:
         self._solver.addRows(len(low), low, high, rows.nnz, begins, places, rows.data)
 
     def solved(self) -> Floats:
-        """Return the solution z.
-
-        Raises
-        ------
-        PathError
-        """
+        """Return the solution z; raise `PathError` if there is none."""
         if not self._is_solved():
             self._solver.clearSolver()  # restart: the basis may have been misleading
             if not self._is_solved():  # time does not stop the program: a slow timing respects all bounds

@@ -96,14 +96,7 @@ def unproven_ends(motion: Motion) -> Floats:
 
 @by_content
 class Part:
-    """A part of a motion as a motion over r in [0, 1].
-
-    Parameters
-    ----------
-    whole : JointPath
-    first, last : float
-        The s of its start and end.
-    """
+    """The part of a motion from s = `first` to s = `last`, as a motion over r in [0, 1]."""
 
     def __init__(self, whole: Motion, first: float, last: float) -> None:
         """Take the part of a motion from s = `first` to `last`."""

@@ -136,26 +136,13 @@ def rounded(
 ) -> tuple[Motion, Deviation] | None:
     """Return the motion without corners, and its largest deviation; None if that is too large.
 
-    Parameters
-    ----------
-    motion : JointPath
-    corners : ndarray, shape (K,)
-        The s where q' jumps, and both ends.
-    tolerance : float
-        Permitted deviation of the end effector, m; a radian counts as `RADIAN` m.
-    steep : two bools
-        Whether joints have no finite rate along the path at its start, and at its end: as at a corner, the
-        curve is straight up to the next node.
-    slopes : two ndarrays of shape (7,), or None
-        q' at a moving end, which is then that of the curve too.
+    `corners` (K,) are the s where q' jumps, and both ends; `tolerance` is the permitted deviation of the end
+    effector, m, where a radian counts as `RADIAN` m. `steep`: whether joints have no finite rate along the
+    path at its start, and at its end; as at a corner, the curve is straight up to the next node. `slopes`
+    (7,) is q' at a moving end, which is then that of the curve too.
 
-    Raises
-    ------
-    MissingExtraError
-    PathError
-        If a joint violates its limit however near the nodes are.
-
-    If the path follows a limit the curve would violate it: nodes are placed inside by that amount.
+    If the path follows a limit the curve would violate it: nodes are placed inside by that amount. Raises
+    `MissingExtraError`, and `PathError` if a joint violates its limit however near the nodes are.
     """
     room = np.diff(corners)
     reach = np.zeros(len(corners))

@@ -34,13 +34,8 @@ def is_straight(g: Grid, most: Floats) -> bool:
 def straight(g: Grid, acceleration: Floats, jerk: Floats, most: Floats) -> Timing:
     """Return the fastest timing from rest to rest of a motion that `is_straight`.
 
-    Parameters
-    ----------
-    g : Grid
-    acceleration, jerk : ndarray, shape (7,)
-        Bounds of the joints, rad/s², rad/s³.
-    most : ndarray, shape (N + 1,)
-        Largest ds/dt at each s, 1/s.
+    `acceleration` and `jerk` (7,) are bounds of the joints, rad/s², rad/s³; `most` (N + 1,) is the largest
+    ds/dt at each s, 1/s.
     """
     way = float(g.s[-1] - g.s[0])
     rate = np.maximum(np.abs(g.after[0, 0]), SLOWEST)

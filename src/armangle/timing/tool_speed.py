@@ -18,18 +18,11 @@ STEADY = 1e-6
 def speed_lost(
     path: Motion, g: Grid, tool_speed: float, velocity: Floats, acceleration: Floats, jump: Floats
 ) -> SpeedLoss | None:
-    """Return the first place at which joints cannot keep the constant tool speed; None if they can. Ramps are
-    not counted.
+    """Return the first place at which joints cannot keep the constant tool speed (m/s); None if they can.
 
-    Parameters
-    ----------
-    path : JointPath
-    g : Grid
-        Evaluated at its points, and halfway between.
-    tool_speed : float
-        m/s.
-    velocity, acceleration, jump : ndarray, shape (7,)
-        Bounds: rad/s, rad/s², and rad/s by which velocities may jump at a corner.
+    Ramps are not counted. The grid is evaluated at its points, and halfway between. `velocity`,
+    `acceleration` and `jump` (7,) are bounds: rad/s, rad/s², and rad/s by which velocities may jump at a
+    corner.
     """
     s = np.setdiff1d(np.union1d(g.s, 0.5 * (g.s[1:] + g.s[:-1])), breaks(path)[1:-1])
     first, second = tool_derivatives(path, s)

@@ -21,14 +21,8 @@ from .motion import Motion
 class Timing:
     """s(t) in pieces: polynomials of the time since the start of each.
 
-    Parameters
-    ----------
-    t : ndarray, shape (K + 1,)
-        Starts of the pieces, and the end, s.
-    coefficients : ndarray, shape (K, 6)
-        s = sum over k of ``coefficients[:, k] x**k``, x the time since the piece began.
-    end_speed : float
-        ds/dt at the end, 1/s.
+    `t` (K + 1,) are the starts of the pieces, and the end, s. With x the time since the piece began, s is the
+    sum over k of ``coefficients[:, k] x**k``, (K, 6). `end_speed` is ds/dt at the end, 1/s.
     """
 
     t: Floats

@@ -43,16 +43,10 @@ Act = Callable[[Callable[[], object]], None]
 
 
 class Controls:
-    """The panel of a viser server.
+    """The panel of a viser server for a `ViewerState`.
 
-    Parameters
-    ----------
-    server : viser.ViserServer
-    state : ViewerState
-    act : function
-        Executes a command on the state, one at a time, and shows the result.
-    runs : mapping of names to JointPath
-        Motions to choose from; without any there is no player.
+    `act` executes a command on the state, one at a time, and shows the result. `runs` are the motions to
+    choose from, by name; without any there is no player.
     """
 
     def __init__(self, server: Any, state: ViewerState, act: Act, runs: Mapping[str, JointPath]) -> None:

@@ -33,13 +33,8 @@ def solids_of(
 ) -> tuple[list[Solid], str]:
     """Return the solids for drawing an arm, and a sentence on unreadable parts, or "".
 
-    Parameters
-    ----------
-    arm : Arm
-    urdf : path, optional
-        The file from which the arm was read; without it, or without visuals in it, links are capsules.
-    base, tip : str, optional
-        The links given when the arm was read.
+    `urdf` is the file from which the arm was read, `base` and `tip` the links given then; without it, or
+    without visuals in it, links are capsules.
     """
     if urdf is None:
         return capsules(arm), ""

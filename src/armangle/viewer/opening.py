@@ -24,16 +24,6 @@ def opening_posture(arm: Arm) -> Floats:
     wins, among equals the one with the smallest move. So a joint keeps at least the smaller of 0.6 rad and a
     quarter of its range from limits and singularities.
 
-    Parameters
-    ----------
-    arm : Arm
-
-    Returns
-    -------
-    ndarray, shape (7,)
-
-    Examples
-    --------
     >>> from armangle import Arm
     >>> arm = Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, lower=[-0.5] * 7, upper=[0.5] * 6 + [2.5])
     >>> opening_posture(arm).round(2).tolist()

@@ -64,12 +64,7 @@ def checked_origins() -> Iterator[None]:
     """Make the server that viser starts in this block reject pages of other sites.
 
     viser passes no check to its socket library, so its call of ``websockets.asyncio.server.serve`` is given
-    one.
-
-    Raises
-    ------
-    MissingExtraError
-        If viser does not call it in the block: it would serve without the check.
+    one. Raises `MissingExtraError` if viser does not call it in the block: it would serve without the check.
     """
     module: Any = importlib.import_module("websockets.asyncio.server")
     with _ONE_AT_A_TIME:

@@ -34,15 +34,7 @@ _POINT = 0.25  # of a voxel's edge: small enough to see behind
 
 
 class Scene:
-    """The display of a state on a viser server.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-    state : ViewerState
-    solids : list of Solid
-        The solids of the arm.
-    """
+    """The display of a `ViewerState` with the solids of its arm on a viser server."""
 
     def __init__(self, server: Any, state: ViewerState, solids: list[Solid]) -> None:
         """Create all nodes: arm, handle, circle, other configurations and obstacles."""

@@ -27,17 +27,8 @@ GREY, DARK = (196, 200, 205), (120, 125, 132)
 class Solid:
     """A triangle mesh in one DH frame.
 
-    Parameters
-    ----------
-    name : str
-        Unique among the solids of an arm.
-    frame : int
-        DH frame 0..7 in which it is rigid.
-    vertices : ndarray, shape (V, 3)
-        m, in that frame.
-    faces : ndarray of int, shape (F, 3)
-    colour : (int, int, int)
-        RGB, 0..255.
+    `name`, unique among the solids of an arm; `frame` 0..7 in which it is rigid; `vertices` (V, 3), m, in
+    that frame; `faces` (F, 3); `colour`, RGB, 0..255.
     """
 
     name: str

@@ -17,13 +17,9 @@ _SMALLEST = 0.004  # m: smallest size of points
 
 
 def surface(shape: Shape, size: float) -> tuple[Floats, Any]:
-    """Return vertices (V, 3), m, and faces (F, 3) of a shape; a half-space is a plate of its plane.
+    """Return vertices (V, 3), m, and faces (F, 3) of a shape with a surface.
 
-    Parameters
-    ----------
-    shape : Ball, Capsule, Box, HalfSpace or Hull
-    size : float
-        Size of a plate, m: the reach of the arm.
+    A half-space is a plate of its plane, in proportion to `size`, the reach of the arm, m.
     """
     match shape:
         case HalfSpace():

@@ -18,15 +18,9 @@ _LINE = 0.008
 
 
 class Surroundings:
-    """The obstacles around a state's arm, and the collision model of its links.
+    """The obstacles around the arm of a state with a scene, and the collision model of its links.
 
-    Parameters
-    ----------
-    server : viser.ViserServer
-    state : ViewerState
-        With a scene.
-    tool : str
-        Node at the tool.
+    `tool` is the node of a viser server at the tool.
     """
 
     def __init__(self, server: Any, state: ViewerState, tool: str) -> None:

@@ -18,12 +18,8 @@ _UNUSED = (
 class Unused:
     """Bounds of a model's joints that are not used.
 
-    Parameters
-    ----------
-    servos : dict of str to (float, float)
-        Angles (rad) between which the position servo of a joint may be commanded.
-    tendons : list of (str, set of str or None)
-        Tendons with limits or an equality, with the joints that they bind; None if mujoco does not tell.
+    `servos`: by joint, the angles (rad) between which its position servo may be commanded. `tendons` with
+    limits or an equality, with the joints that they bind; None if mujoco does not tell.
     """
 
     servos: dict[str, tuple[float, float]] = field(default_factory=dict)

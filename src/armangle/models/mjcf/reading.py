@@ -56,17 +56,8 @@ def _refuse(source: str, message: str) -> NoReturn:
 class MjcfModel:
     """A compiled MuJoCo model without shapes, used for its tree alone.
 
-    Parameters
-    ----------
-    source : str or path
-        A file, or the XML text itself (a str that begins with ``<``).
-
-    Raises
-    ------
-    MissingExtraError
-        Without the ``mujoco`` package.
-    ModelError
-        If the model cannot be read.
+    `source` is a file, or the XML text itself (a str that begins with ``<``). Raises `MissingExtraError`
+    without the ``mujoco`` package, `ModelError` if the model cannot be read.
     """
 
     def __init__(self, source: str | os.PathLike[str]) -> None:
@@ -220,27 +211,13 @@ class MjcfModel:
         return find_candidates(self.tree(), self.between, base)
 
     def chain(self, base: str | None = None, tip: str | None = None, *, offset: bool = False) -> Chain:
-        """Return the chain of seven hinges from a body to a body or site.
+        """Return the chain of seven hinges from a body to a body or site below it, in the model's frames and
+        joints.
 
-        Parameters
-        ----------
-        base : str, optional
-            Name of a body.
-        tip : str, optional
-            Name of a body or site below ``base``. Missing names are guessed: for a tip the seven hinges above
-            it, else the only chain of seven, or the only S-R-S one of several, as `candidates` lists them.
-        offset : bool, optional
-            Guess an arm with an offset wrist or shoulder instead of an S-R-S one.
-
-        Returns
-        -------
-        Chain
-            In the frames and joint coordinates of the model. MJCF has no joint velocities.
-
-        Raises
-        ------
-        ModelError
-            If the model has no such body, or no seven hinges between.
+        Missing names are guessed: for a tip the seven hinges above it, else the only chain of seven, or the
+        only S-R-S one of several, as `candidates` lists them; with `offset` the only one with an offset wrist
+        or shoulder. MJCF has no joint velocities. Raises `ModelError` if the model has no such body, or no
+        seven hinges between.
         """
         guessed: tuple[str, ...] = ()
         if base is not None:

@@ -43,23 +43,11 @@ _UTF8_MARK, _BLANK = b"\xef\xbb\xbf", "\ufeff \t\r\n"
 def chain_along(
     robot: RobotElement, base: str, tip: str, steps: Sequence[Step], continuous_limits: str = "ignore"
 ) -> Chain:
-    """Return the chain of a path; fixed joints are merged into the next frame.
+    """Return the chain between two links of a file; fixed joints are merged into the next frame.
 
-    Parameters
-    ----------
-    robot : RobotElement
-        The file.
-    base, tip : str
-        The links at the ends of the path.
-    steps : sequence of (JointElement, bool)
-        Joints from base to tip, each with True if it is followed from parent to child.
-    continuous_limits : {"ignore", "use"}, optional
-        Treatment of limits of a continuous joint.
-
-    Raises
-    ------
-    ModelError
-        A zero axis, missing or reversed limits, an invalid or absurd number.
+    `steps` are the joints from base to tip, each with True if it is followed from parent to child.
+    `continuous_limits` "ignore" or "use": treatment of limits of a continuous joint. Raises `ModelError` for
+    a zero axis, missing or reversed limits, an invalid or absurd number.
     """
     joints: list[Joint] = []
     notes: list[str] = []
@@ -201,20 +189,9 @@ def _number(robot: RobotElement, joint: JointElement, key: str) -> float | None:
 class UrdfModel:
     """The links and joints of a URDF, parsed once.
 
-    Parameters
-    ----------
-    source : str, bytes or path
-        A file, or the XML text itself (bytes, or a str that begins with ``<``).
-
-    Attributes
-    ----------
-    folder : Path
-        That of the file, which names of meshes are relative to.
-
-    Raises
-    ------
-    ModelError
-        With file, line and column, and the name of the link or joint.
+    `source` is a file, or the XML text itself (bytes, or a str that begins with ``<``). `folder` is that of
+    the file, which names of meshes are relative to. Raises `ModelError` with file, line and column, and the
+    name of the link or joint.
     """
 
     def __init__(self, source: Source) -> None:
@@ -248,26 +225,13 @@ class UrdfModel:
         continuous_limits: str = "ignore",
         offset: bool = False,
     ) -> Chain:
-        """Return the chain of seven joints from base link to tip link.
+        """Return the chain of seven joints from base link to tip link, in the file's own frames and joint
+        coordinates.
 
-        Parameters
-        ----------
-        base, tip : str, optional
-            Link names. Missing ones are guessed: for a tip the seven rotating joints above it, else the only
-            chain of seven, or the only S-R-S one of several, as `candidates` lists them.
-        continuous_limits : {"ignore", "use"}, optional
-            A continuous joint has no limits according to URDF, but some files have them.
-        offset : bool, optional
-            Guess an arm with an offset wrist or shoulder instead of an S-R-S one.
-
-        Returns
-        -------
-        Chain
-            In the file's own frames and joint coordinates. Its notes list changed values.
-
-        Raises
-        ------
-        ModelError
+        Missing names are guessed: for a tip the seven rotating joints above it, else the only chain of seven,
+        or the only S-R-S one of several, as `candidates` lists them; with `offset` the only one with an
+        offset wrist or shoulder. A continuous joint has no limits according to URDF, but some files have
+        them: `continuous_limits` is "ignore" or "use". Notes list changed values. Raises `ModelError`.
         """
         chosen("continuous_limits", continuous_limits, _CONTINUOUS_LIMITS)
         robot, guessed = self.robot, tuple[str, ...]()

@@ -30,20 +30,11 @@ class PlacedElement(NamedTuple):
 def placed_elements(
     text: str | bytes, chain: Chain, rest: Floats, tag: str, left: list[str] | None = None
 ) -> Iterator[PlacedElement]:
-    """Return the elements of all links that move with the base or with one of the chain's joints alone.
+    """Yield the elements of all links that move with the base or with one of the chain's joints alone.
 
-    Parameters
-    ----------
-    text : str or bytes
-        That of a `UrdfModel`: XML without entities.
-    chain : Chain
-        The chain that it returned.
-    rest : ndarray, shape (8, 4, 4)
-        The DH frames at q = 0 in the chain's base link.
-    tag : str
-        "visual" or "collision".
-    left : list of str, optional
-        Receives the names of links with joints of their own.
+    `text` and `chain` are those of a `UrdfModel`, without entities. `rest` (8, 4, 4) are the DH frames at q =
+    0 in the chain's base link. `tag` is "visual" or "collision". `left` receives the names of links with
+    joints of their own.
     """
     root = ElementTree.fromstring(text)
     moving = {joint.name: i + 1 for i, joint in enumerate(chain.joints)}
@@ -81,10 +72,7 @@ def origin_of(element: Any) -> Floats:
 def numbers_of(text: str | None, count: int, default: float | None = None) -> Floats:
     """Return the `count` numbers of an attribute's text; `default` for each if there is none.
 
-    Raises
-    ------
-    ValueError
-        If the count differs, they are not finite numbers, or missing without a default.
+    Raises `ValueError` if the count differs, they are not finite numbers, or missing without a default.
     """
     if text is None and default is not None:
         return np.full(count, default)
@@ -97,10 +85,7 @@ def numbers_of(text: str | None, count: int, default: float | None = None) -> Fl
 def mesh_file(name: str, folder: Path) -> Path:
     """Return the local file of a mesh name: a path, file://, or package:// searched above the URDF.
 
-    Raises
-    ------
-    ValueError
-        If there is none, it is not local, or it is too large.
+    Raises `ValueError` if there is none, it is not local, or it is too large.
     """
 
     def fail(why: str) -> NoReturn:

@@ -103,10 +103,7 @@ def is_expression(text: str) -> bool:
 def numbers_in(text: str, count: int, *, infinite: bool = False) -> NDArray[np.float64]:
     """Return the `count` numbers of an attribute's text; raise for NaN and, unless `infinite`, infinities.
 
-    Raises
-    ------
-    ValueError
-        If they are not numbers, or another count; the message quotes the text or the count.
+    The `ValueError` for no numbers, or another count, quotes the text or the count.
     """
     try:
         values = np.array([number_in(word) for word in _SPACE.split(text.strip(" \t\r\n"))])
@@ -246,21 +243,11 @@ _NOT_URDF = f"this is xacro, not URDF; {XACRO_ADVICE}"
 
 
 def parse_robot(text: str | bytes, source: str, skipped: int = 0) -> RobotElement:
-    """Return the links and joints of a URDF text.
+    """Return the links and joints of a URDF text, the whole document.
 
-    Parameters
-    ----------
-    text : str or bytes
-        The whole document.
-    source : str
-        Its name in messages.
-    skipped : int, optional
-        Lines of the file before the document.
-
-    Raises
-    ------
-    ModelError
-        Not XML, a DOCTYPE, xacro that creates links or joints, not a robot, a missing or duplicate name.
+    `source` is its name in messages, `skipped` the number of lines of the file before it. Raises `ModelError`
+    for text that is not XML, a DOCTYPE, xacro that creates links or joints, no robot, a missing or duplicate
+    name.
     """
     reader = _Reader(source, skipped)
     if isinstance(text, bytes):

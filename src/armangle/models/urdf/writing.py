@@ -18,12 +18,8 @@ def write_urdf(arm: ArmDescription) -> str:
     """Return the text of a kinematic URDF, from link ``base`` to link ``tip``.
 
     Reading it gives the same forward kinematics, limits, velocities and joint names. Signs, zeros and lengths
-    return in their canonical form (see :mod:`armangle.models.detect`).
-
-    Raises
-    ------
-    LimitError
-        If a joint is limited on one side only, which URDF cannot express.
+    return in their canonical form (`detect`). Raises `LimitError` if a joint is limited on one side only,
+    which URDF cannot express.
     """
     return write_chain(chain_of(arm), arm.name)
 
