@@ -324,7 +324,8 @@ MALFORMED = [
     ("signs = ", "offsets_deg = [inf, 0, 0, 0, 0, 0, 0]\nsigns = ", "offsets_deg has inf"),
     ("upper_deg = [1,", "upper_deg = [-2,", "arm.toml:9: lower_deg is above upper_deg at jo"),
     ("tip", "joint_names = [1, 2, 3, 4, 5, 6, 7]\ntip", "joint_names is [1, 2, 3, 4, 5, 6, 7]"),
-    ("tip", "base = [[1, 0, 0], [1]]\ntip", "arm.toml:3: base is"),
+    ("tip", "base = [[1, 0, 0], [1]]\ntip", "arm.toml:3: base is not a 4x4 matrix"),
+    ("tip", f"tool = {[[0, 0, 0, 1]] * 5}\ntip", "arm.toml:3: tool is not a 4x4 matrix"),
     ("tip", "limits_trusted = 1\ntip", "limits_trusted is 1"),
     ("tip", "limits_trusted = false\ntip", "limits_reason is missing"),
 ]  # fmt: skip

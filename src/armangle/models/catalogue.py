@@ -1,8 +1,8 @@
 """Known robots: one TOML file each, read on request.
 
 Lengths are metres. Angles and speeds are degrees under keys that end in ``_deg``, rad and rad/s under keys
-without it. Every file states in words the origin of its numbers and the revision with which they were
-compared, the frame of the tip, and untrusted numbers.
+without it. Frames are matrices of three rows; a fourth row may follow. Every file states in words the origin
+of its numbers and the revision with which they were compared, the frame of the tip, and untrusted numbers.
 """
 
 from __future__ import annotations
@@ -104,12 +104,7 @@ def _words(text: str) -> list[str]:
 
 
 def load_robot(name: str) -> CatalogueEntry:
-    """Return an arm of the catalogue, S-R-S or with an offset wrist or shoulder.
-
-    Raises
-    ------
-    InputError
-        With similar names.
+    """Return an arm of the catalogue, S-R-S or with an offset wrist or shoulder; or raise with similar names.
 
     >>> load_robot("kuka_iiwa7_r800").description.d_bs
     0.34
@@ -118,16 +113,10 @@ def load_robot(name: str) -> CatalogueEntry:
     if name not in files:
         known = sorted(files)
         near = _near(str(name), known)
-        hint = (
-            f"did you mean {' or '.join(map(repr, near))}?" if near else f"it has {', '.join(_makers(known))}"
-        )
+        makers = sorted({robot.partition("_")[0] for robot in known})
+        hint = f"did you mean {' or '.join(map(repr, near))}?" if near else f"it has {', '.join(makers)}"
         raise InputError(f"the catalogue has no robot {name!r}; {hint}")
     return read_robot(files[name])
-
-
-def _makers(known: Sequence[str]) -> list[str]:
-    """Return the makers in the names of arms (their first words), each once."""
-    return sorted({name.partition("_")[0] for name in known})
 
 
 def _near(name: str, known: Sequence[str]) -> list[str]:
@@ -169,22 +158,13 @@ def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
 
 
 def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str:
-    """Return the text of a TOML file that :func:`read_robot` reads as the same S-R-S arm.
+    """Return the text of a TOML file that `read_robot` reads as the same S-R-S arm: a_1 and a_6 are not
+    written.
 
-    Numbers within 1e-12 (m, rad) of a short decimal are written as that. Notes of the arm become comments.
-    Accelerations, ``reference``, ``body`` and ``hand`` are left out.
-
-    Parameters
-    ----------
-    arm : ArmDescription
-        An S-R-S arm: a_1 and a_6 are not written.
-    title, source, tip : str
-        Maker and type, origin of the numbers, frame of the tip.
-
-    Raises
-    ------
-    InputError
-        If the arm has its own chain, which such a file cannot hold.
+    `title` is maker and type, `source` the origin of the numbers, `tip` the frame of the tip. Numbers within
+    1e-12 (m, rad) of a short decimal are written as that. Notes of the arm become comments. Accelerations,
+    ``reference``, ``body`` and ``hand`` are left out. Raises `InputError` if the arm has its own chain, which
+    such a file cannot hold.
     """
     if arm.chain is not None:
         raise InputError(
@@ -335,11 +315,14 @@ class _Reader:
         return tuple(values)
 
     def frame(self, key: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Return a matrix (4, 4) of finite numbers."""
+        """Return a matrix (4, 4) of finite numbers; without a fourth row in the file it is 0 0 0 1."""
         rows = self.get(key)
-        if not isinstance(rows, list) or [isinstance(r, list) and len(r) for r in rows] != [4] * 4:
-            self.fail(key, "is not a 4x4 matrix")
-        return np.array([[self.finite(key, value) for value in row] for row in rows])
+        sizes = [isinstance(r, list) and len(r) for r in rows] if isinstance(rows, list) else []
+        if sizes not in ([4] * 3, [4] * 4):
+            self.fail(key, "is not a 4x4 matrix, or its first three rows")
+        frame = np.eye(4)
+        frame[: len(rows)] = [[self.finite(key, value) for value in row] for row in rows]
+        return frame
 
     def check_limits(self, lower: tuple[float, ...], upper: tuple[float, ...]) -> None:
         """Raise if a lower limit is above the upper one."""
