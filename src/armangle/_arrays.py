@@ -7,7 +7,6 @@ import sys
 import warnings
 from collections.abc import Iterable, Sequence
 from enum import Enum
-from numbers import Integral
 from typing import Any, TypeVar
 
 import numpy as np
@@ -200,6 +199,16 @@ def one_pose(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
     return frozen(pose)
 
 
+def many_poses(
+    name: str, value: ArrayLike, arm: _core.Arm | None = None, wanted: str = "(N, 4, 4)"
+) -> Floats:
+    """Return poses (N, 4, 4), contiguous; positions in m; `arm` as in `as_poses`; errors say `wanted`."""
+    poses = np.ascontiguousarray(as_poses(name, value, arm))
+    if poses.ndim != 3:
+        raise InputError(f"{name} has shape {poses.shape}, wanted {wanted}")
+    return poses
+
+
 def one_posture(name: str, value: ArrayLike, arm: AnyHandle | None = None) -> Floats:
     """Return a read-only copy (7,) of one finite configuration without batch axes; rad, checked for `arm`."""
     joints = np.array(as_floats(name, value, (JOINTS,)), order="C")
@@ -294,6 +303,14 @@ def hint_degrees(name: str, angles: Floats, most: float = _core.LIKELY_DEGREES) 
         warn(f"{name} {verb} {angles.flat[sizes.argmax()]:g}, wanted rad: were these degrees?")
 
 
+def as_whole(name: str, value: int, low: int, high: float, wanted: str = "") -> int:
+    """Return an integer from `low` to `high`; raise for anything else, also for True and False."""
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not whole or not low <= value <= high:
+        raise InputError(f"{name} is {value!r:.100}, wanted {wanted or f'an integer from {low} to {high}'}")
+    return int(value)
+
+
 def as_number(name: str, value: float, low: float, high: float, *, low_open: bool = False) -> float:
     """Return `value` as a float within [low, high] (low excluded if `low_open`)."""
     wanted = f"a number in {'(' if low_open else '['}{low:g}, {high:g}]"
@@ -356,6 +373,12 @@ def _repeated(element: NDArray[Any], batch: Shape) -> NDArray[Any]:
     return np.ndarray(batch + element.shape, element.dtype, element, 0, strides)
 
 
+def unwrap_known(psi: Floats) -> None:
+    """Remove jumps by 2π between the finite arm angles (N,), rad, in place."""
+    known = np.isfinite(psi)
+    psi[known] = np.unwrap(psi[known])
+
+
 def output(out: Floats | None, shape: Shape) -> Floats:
     """Return `out`, checked, or a new float64 array of `shape`."""
     if out is None:
@@ -368,11 +391,8 @@ def output(out: Floats | None, shape: Shape) -> Floats:
 
 def as_threads(threads: int) -> int:
     """Return a thread count: 1 or more, or 0 for all cores."""
-    whole = isinstance(threads, Integral) and not isinstance(threads, bool)
-    if not whole or not 0 <= threads <= MOST_THREADS:
-        wanted = f"an integer: 0 for all cores, or 1 to {MOST_THREADS}"
-        raise InputError(f"threads is {threads!r}, wanted {wanted}")
-    return int(threads)
+    wanted = f"an integer: 0 for all cores, or 1 to {MOST_THREADS}"
+    return as_whole("threads", threads, 0, MOST_THREADS, wanted)
 
 
 def as_flag(name: str, value: object) -> bool:

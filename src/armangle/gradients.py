@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._arrays import JOINTS, Floats, as_floats, as_poses, chosen, one_branch, one_pose
+from ._arrays import JOINTS, Floats, as_floats, as_poses, as_whole, chosen, one_branch, one_pose
 from ._threads import thread_count
 from .arm.arcs import ArcSet
 from .arm.arm import ON_ERROR, Arm, OnError
 from .arm.joint_function import JointFunction
 from .arm.question import METRICS, Prefer, branch_bits, weights_of
-from .errors import InputError, UnsupportedError
+from .errors import UnsupportedError
 
 __all__ = ["feasible", "freedom", "inverse", "joint_function", "limit_margin", "margin", "psi", "solve"]
 
@@ -325,10 +325,8 @@ def joint_function(arm: Arm, pose: ArrayLike, gc: int, joint: int) -> JointFunct
     """
     frame = one_pose("pose", pose, arm._handle)
     index = one_branch("gc", gc)
-    if isinstance(joint, bool) or not isinstance(joint, (int, np.integer)) or not 1 <= joint <= JOINTS:
-        raise InputError(f"joint is {joint!r}, wanted an integer from 1 to 7")
-    found = arm._handle.joint_function(frame, index, int(joint) - 1)
-    return JointFunction(found, (arm, frame, index), int(joint))
+    number = as_whole("joint", joint, 1, JOINTS)
+    return JointFunction(arm._handle.joint_function(frame, index, number - 1), (arm, frame, index), number)
 
 
 def _refuse_scene(arm: Arm, name: str) -> None:

@@ -165,16 +165,13 @@ def nearest_rotation(pose: ArrayLike) -> Floats:
     return out
 
 
-def _orthonormality_error(frame: Floats) -> float:
-    """Return the largest entry of |RᵀR - 1| of a pose's rotation R."""
-    rotation = frame[:3, :3]
-    return float(np.abs(rotation.T @ rotation - np.eye(3)).max())
-
-
 def as_transform(name: str, value: ArrayLike) -> Floats:
     """Return one rigid transform (4, 4), read-only, its rotation exact to rounding; position in m."""
     frame = one_pose(name, value)
-    if _orthonormality_error(frame) > ROUNDING:  # otherwise kept to the bit: a copy is the same arm
+    turn = frame[:3, :3]
+    if (
+        np.abs(turn.T @ turn - np.eye(3)).max() > ROUNDING
+    ):  # otherwise kept to the bit: a copy is the same arm
         frame = nearest_rotation(frame)
     return frozen(frame)
 

@@ -271,7 +271,8 @@ def test_where_two_joints_turn_about_one_axis_the_seed_decides(name: str, what: 
     """At singularities `inverse` with a seed gives its joints back, and holds the pose without."""
     arm = aa.Arm.from_catalogue(name)
     rows = arm._rows
-    hinge, fold = (1, 4) if arm._free_joint == 7 else (5, 2)  # theta_2 and theta_5, or theta_6 and theta_3
+    # theta_2 and theta_5, or theta_6 and theta_3
+    hinge, fold = (1, 4) if arm.redundancy == "joint_7" else (5, 2)
     q = np.random.default_rng(12).uniform(-2.5, 2.5, (200, 7))
     told = np.ones(200, dtype=bool)
     if what == "shoulder on axis 5":  # a_3 cos + d_se sin + a_4 = 0, of which a Franka's is at q4 = 0

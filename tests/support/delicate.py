@@ -144,7 +144,7 @@ def delicate_offset(number: int, seed: int, arm: aa.Arm) -> DelicateOffset:
     hinges = OFFSET_HINGES[int(rng.integers(len(OFFSET_HINGES)))]
     zero = {1: 0.0, 3: arm._rows.geometry.delta, 4: np.pi / 2}
     for hinge in hinges:
-        joint = hinge if arm._free_joint == 7 else 6 - hinge
+        joint = hinge if arm.redundancy == "joint_7" else 6 - hinge
         straight = arm._rows.geometry.signs[joint] * (zero[hinge] - arm._rows.geometry.offsets[joint])
         q[joint] = straight + rng.choice(OFF)
     q = np.clip(q, arm.lower, arm.upper)

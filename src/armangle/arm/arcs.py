@@ -179,29 +179,13 @@ class ArcSet:
         count, arcs = _core.arcs_from(np.array([len(psi)], dtype=np.int64), np.ascontiguousarray(psi))
         full = arcs[:, 1] - arcs[:, 0] >= 2 * np.pi - _core.ANGLE_TOLERANCE
         side = np.where(full[:, None], Side.NONE.value, Side.USER.value).astype(np.int8).repeat(2, axis=1)
-        self._fill((), count, arcs, np.zeros_like(side), side, np.full(arcs.shape, np.nan), None)
+        self._keep_arrays((), (count, arcs, np.zeros_like(side), side, np.full(arcs.shape, np.nan), None))
+        self._keep_pairs()
 
-    def _fill(
-        self,
-        shape: Shape,
-        count: Ints,
-        psi: Floats,
-        joint: NDArray[np.int8],
-        side: NDArray[np.int8],
-        value: Floats,
-        status: NDArray[np.int8] | None,
-        pair: Ints | None = None,
-        blocking: Ints | None = None,
-        coarse: NDArray[np.int8] | None = None,
-        names: Names = (),
-        unproven: Floats | None = None,
-    ) -> None:
-        """Set all fields from flat arrays of the core; `status` None: OK if there is an arc, else LIMITS."""
-        self._keep_arrays(shape, (count, psi, joint, side, value, status), unproven)
-        self._keep_pairs(pair, blocking, coarse, names)
-
-    def _keep_arrays(self, shape: Shape, arrays: tuple[Any, ...], unproven: Floats | None) -> None:
-        """Set the shape and the arrays of arcs, read-only; a missing status follows from the counts."""
+    def _keep_arrays(self, shape: Shape, arrays: tuple[Any, ...], unproven: Floats | None = None) -> None:
+        """Set the shape and the arrays of arcs, read-only; a missing status is OK if there is an arc, else
+        LIMITS.
+        """
         *columns, status = arrays
         if status is None:
             status = np.where(columns[0] > 0, Status.OK, Status.LIMITS).astype(np.int8)
@@ -285,19 +269,16 @@ class ArcSet:
         raise AttributeError(f"ArcSet is frozen: {name} cannot be set")
 
     def __getstate__(self) -> tuple[Any, ...]:
-        return (
-            self.shape, self._count, self._psi, self._joint, self._side, self._value, self._status,
-            self._pair, self._blocking, self._coarse, self._names, self._unproven,
-        )  # fmt: skip
+        return tuple(getattr(self, name) for name in ("shape", *_ARRAYS, *_OF_SCENES, "_unproven"))
 
     def __setstate__(self, state: tuple[Any, ...]) -> None:
-        shape, *arrays = state
-        arrays, of_scenes = arrays[:6], arrays[6:]
+        shape, *arrays, pair, blocking, coarse, names, unproven = state
         count, psi = arrays[0], arrays[1]
         known = (count >= 0).all() and (count <= _core.ARC_CAPACITY).all() and count.sum() == len(psi)
         if not known or any(len(array) != len(psi) for array in arrays[2:5]) or len(arrays[5]) != len(count):
             raise InputError("this state is not that of an ArcSet: its arrays do not belong together")
-        self._fill(shape, *(array.copy() for array in arrays), *of_scenes)
+        self._keep_arrays(shape, tuple(array.copy() for array in arrays), unproven)
+        self._keep_pairs(pair, blocking, coarse, names)
 
     # -- properties of a set ----------------------------------------------------------------------
 

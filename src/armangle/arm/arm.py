@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import fields, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal, Never, TypeVar, Unpack, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Never, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +36,7 @@ from .._arrays import (
 from .._core import Turned, Wanted
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
+from .._values import fill
 from ..errors import InputError, ModelError
 from ..models.axes import MAX_ANGLE, MAX_LENGTH, NEAR_ANGLE, NEAR_LENGTH, Axes, rotation_angle
 from ..models.body import Body
@@ -43,11 +44,11 @@ from ..models.catalogue import catalogue, is_file_or_text, load_robot
 from ..models.chain import Chain
 from ..models.description import (
     ELBOW_OFFSETS,
+    END_OFFSETS,
     FRAMES,
     LENGTHS,
     ArmDescription,
     ImportReport,
-    OffsetDescription,
 )
 from ..models.detect import describe_chain, nearness
 from ..models.mjcf import MjcfModel, is_mjcf
@@ -90,7 +91,6 @@ __all__ = ["MOST_MARGIN", "Arm", "nearest_rotation"]
 
 OnError = Literal["raise", "nan"]
 Fit = Literal["own", "srs"]
-AnyDescription = TypeVar("AnyDescription", ArmDescription, OffsetDescription)
 
 MOST_MARGIN: float = _core.MOST_MARGIN
 ON_ERROR = ("raise", "nan")
@@ -234,6 +234,7 @@ class Arm(FrozenValue):
     _handle: _core.Arm
     _ready: Ready | None  # the scene, prepared
     _apart: Floats | None  # lower bounds of the distances of own links, once a scene was prepared
+    _described: ClassVar[type[ArmDescription]] = ArmDescription
 
     if not TYPE_CHECKING:  # a type checker should know the existing attributes
 
@@ -282,9 +283,9 @@ class Arm(FrozenValue):
         )
         own = {n: value for n, value in values.items() if n not in GEOMETRY}
         kept = {"geometry": geometry, "report": report, "scene": scene, "singularity_margin": margin}
-        self._fill({**own, **kept, "_handle": handle, "_ready": None, "_apart": None})
+        fill(self, **{**own, **kept, "_handle": handle, "_ready": None, "_apart": None})
         if scene is not None:
-            self._fill({"_ready": self._prepared(scene)})
+            fill(self, _ready=self._prepared(scene))
 
     # -- origin -------------------------------------------------------------------------------------------
 
@@ -451,6 +452,13 @@ class Arm(FrozenValue):
 
         The argument of `read`: whether base and tip are guessed for an offset wrist or shoulder.
         """
+
+        def srs(chain: Chain, **options: Any) -> Arm:
+            """Return the S-R-S arm of a chain, after a warning for each important note about it."""
+            found, report = describe_chain(chain, **options)
+            warn_of(report.notes)
+            return cls._from_description(found, report)
+
         idealised, read = chosen("fit", fit, _FITS) == "srs", cache(read)
         most = (MAX_ANGLE, MAX_LENGTH) if idealised else (None, None)
         given: dict[str, Any] = {
@@ -460,22 +468,22 @@ class Arm(FrozenValue):
         }
         try:
             chain = read(False)
-        except ModelError as error:  # the chain may contain an arm with an offset
-            if idealised:
+        except ModelError:  # the chain may contain an arm with an offset
+            arm = None if idealised else cls._of_offset(read, given) or cls._of_offset_chain(read)
+            if arm is None:
                 raise
-            return cls._of_offset(read, given) or cls._of_offset_chain(read) or _raised(error)
+            return arm
         if idealised:
-            return cls._from_description(*_told(describe_chain(chain, **given)))
+            return srs(chain, **given)
         found = nearness(Axes(*chain.lines()))
         if found.srs:
-            return cls._from_description(*_told(describe_chain(chain)))
-        own = {**given, "exact": False}
+            return srs(chain)
         return (
             cls._of_offset(read, {}, least=NEAR_LENGTH)
-            or (found.near and cls._from_description(*_told(describe_chain(chain, **own))))
+            or (found.near and srs(chain, **given, exact=False))
             or (given and cls._of_offset(read, given))
             or cls._of_offset_chain(read)
-            or cls._from_description(*_told(describe_chain(chain, **(own if given else {}))))
+            or srs(chain, **given, exact=not given)
         )
 
     @classmethod
@@ -523,7 +531,7 @@ class Arm(FrozenValue):
 
     def _description(self) -> ArmDescription:
         """Return the numbers of this arm as a description."""
-        return ArmDescription(**{field.name: self._number(field.name) for field in FIELDS})
+        return self._described(**{f.name: self._number(f.name) for f in fields(self._described)})
 
     def _number(self, name: str) -> Any:
         """Return one of the constructor's arguments."""
@@ -558,20 +566,14 @@ class Arm(FrozenValue):
             chosen("a keyword of with_", name, ArmArguments.__annotations__)
         if changes.keys() <= {"scene", "singularity_margin"}:
             return self._keeping(**{**{name: getattr(self, name) for name in _KEPT[1:]}, **changes})
-        kept = self._numbers()
-        if self.geometry.chain is not None and "chain" not in changes:
+        numbers, chain = {**self._numbers(), **changes}, self.geometry.chain
+        if chain is not None and "chain" not in changes:
             check_kept_chain(changes)
-        if (
-            self.geometry.chain is not None
-            and "chain" not in changes
-            and not changes.keys().isdisjoint(FRAMES)
-        ):
-            frames = {name: as_transform(name, _given_frame(changes, name, kept[name])) for name in FRAMES}
-            kept["chain"] = moved_ends(
-                self.geometry.chain, (self.base, self.tool), (frames["base"], frames["tool"])
-            )
-        numbers = {**kept, **changes}
-        if self.geometry.chain is None and changes.get("chain") is not None:
+            if not changes.keys().isdisjoint(FRAMES):
+                given = [np.eye(4) if numbers[name] is None else numbers[name] for name in FRAMES]
+                base, tool = map(as_transform, FRAMES, given)
+                numbers["chain"] = moved_ends(chain, (self.base, self.tool), (base, tool))
+        if chain is None and changes.get("chain") is not None:
             return self._with_chain(numbers, [end for end in FRAMES if end not in changes])
         return Arm(**numbers)
 
@@ -581,8 +583,8 @@ class Arm(FrozenValue):
         ready = self._ready_for(scene)
         new = object.__new__(type(self))
         slots = [name for kind in type(self).__mro__ for name in getattr(kind, "__slots__", ())]
-        new._fill({name: getattr(self, name) for name in slots})
-        new._fill({"scene": scene, "singularity_margin": margin, "_ready": ready})
+        fill(new, **{name: getattr(self, name) for name in slots})
+        fill(new, scene=scene, singularity_margin=margin, _ready=ready)
         return new
 
     def _with_chain(self, numbers: dict[str, Any], ends: list[str]) -> Arm:
@@ -658,19 +660,20 @@ class Arm(FrozenValue):
     def _prepared(self, scene: Scene) -> Ready:
         """Return a scene prepared for this arm; which links never collide is found once for each arm."""
         ready = make_ready(self, scene, self._ready)
-        self._fill({"_apart": ready.apart})
+        fill(self, _apart=ready.apart)
         return ready
 
     def _numbers(self) -> dict[str, Any]:
         """Return all constructor arguments of this arm by name, for ``Arm(**numbers)``."""
-        return {name: self._number(name) for name in (*(field.name for field in FIELDS), *_KEPT)}
+        return {name: self._number(name) for name in (*(f.name for f in fields(self._described)), *_KEPT)}
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Arm):
             return NotImplemented
-        if (self.scene, self.singularity_margin) != (other.scene, other.singularity_margin):
+        mine, its = ((arm._described, arm.scene, arm.singularity_margin) for arm in (self, other))
+        if mine != its:
             return False
-        compared = [field.name for field in FIELDS if field.compare]
+        compared = [field.name for field in fields(self._described) if field.compare]
         return all(np.array_equal(self._number(name), other._number(name)) for name in compared)
 
     def __hash__(self) -> int:
@@ -689,7 +692,7 @@ class Arm(FrozenValue):
         """Return Python source of this arm: all values that are not the default."""
         shown = [
             f"{field.name}={_source_text(self._number(field.name))}"
-            for field in FIELDS
+            for field in fields(self._described)
             if field.repr and not np.array_equal(self._number(field.name), default_of(field))
         ]
         shown += [f"scene={self.scene!r}"] * (self.scene is not None)
@@ -698,8 +701,8 @@ class Arm(FrozenValue):
 
     def __str__(self) -> str:
         """Return a readable description: lengths in mm, limits in degrees."""
-        offsets = [name for name in ELBOW_OFFSETS if self._number(name)]
-        lengths = ", ".join(f"{n} {self._number(n) * MILLIMETRES:.6g}" for n in (*LENGTHS, *offsets))
+        shown = [n for n in (*END_OFFSETS, *LENGTHS, *ELBOW_OFFSETS) if n in LENGTHS or self._number(n)]
+        lengths = ", ".join(f"{n} {self._number(n) * MILLIMETRES:.6g}" for n in shown)
         ranges = zip(np.degrees(self.lower), np.degrees(self.upper), strict=True)
         limits = ", ".join(f"{lower:.5g} to {upper:.5g}" for lower, upper in ranges)
         return (
@@ -714,12 +717,14 @@ class Arm(FrozenValue):
         "srs", "srs_chain" (its own chain, nearly S-R-S), "offset_wrist" or "offset_shoulder",
         "offset_wrist_chain" or "offset_shoulder_chain" (its own chain, nearly such an arm).
         """
-        return "srs" if self.geometry.chain is None else "srs_chain"
+        own = self.geometry
+        kind = "offset_shoulder" if own.a_1 else "offset_wrist" if own.a_6 else "srs"
+        return kind if own.chain is None else f"{kind}_chain"
 
     @property
     def redundancy(self) -> str:
         """The meaning of ``psi``: "arm_angle", or "joint_7" or "joint_1", the value of that joint."""
-        return "arm_angle"
+        return "joint_1" if self.geometry.a_1 else "joint_7" if self.geometry.a_6 else "arm_angle"
 
     @property
     def deviation(self) -> ChainDeviation:
@@ -915,7 +920,8 @@ class Arm(FrozenValue):
         ndarray, shape (..., 8, 4, 4)
             Frames 0..7 in the frame that poses are given in, positions in m: joint i turns about the
             z axis of frame i - 1; frames 1 and 2 are at the shoulder, 3 at the elbow's axis, 5 and 6 at
-            the wrist, 7 is the flange: ``frames[7] @ tool`` is the pose.
+            the wrist, 7 is the flange: ``frames[7] @ tool`` is the pose. The offset of a wrist or shoulder
+            lies along x of frame 6, or 1.
 
         Raises
         ------
@@ -1279,7 +1285,7 @@ class Arm(FrozenValue):
         """
         margin = 0.0 if wanted is Wanted.CLEAR else self.singularity_margin
         ready = self._ready_for(scene)
-        if self.geometry.chain is not None:
+        if not isinstance(self._handle, _core.Arm):
             return self._proven_arcs(pose, gc, margin, wanted, sets, ready, progress)
         handle, threads = None if ready is None else ready.handle, thread_count()
         if progress is None:
@@ -1507,7 +1513,7 @@ class Arm(FrozenValue):
             )  # fmt: skip
             if one is not None:
                 return cast(Solution, one)
-        beyond = self._relaxing(fallback, length, gc, allowed)
+        beyond = relaxing_length(fallback, length, gc, allowed, self.scene)
 
         def ask(arm: Arm, poses: ArrayLike, seeds: ArrayLike | None, weights: ArrayLike | None) -> Solution:
             """Return the solutions of poses with the options of this call."""
@@ -1527,10 +1533,6 @@ class Arm(FrozenValue):
         by_margin = seed is None or prefer == "margin"
         kind = chosen("metric", metric, _METRICS)
         return solve_free(self, pose, seed, weights_of(weight), by_margin, kind, ask)
-
-    def _relaxing(self, fallback: Fallback, length: float, *narrowed: object) -> float:
-        """Return the metres that count as a radian in a search of the nearest pose; 0 without fallback."""
-        return relaxing_length(fallback, length, *narrowed, self.scene)
 
     @names_keywords_of_arm
     def solutions(
@@ -1630,7 +1632,7 @@ class Arm(FrozenValue):
 
     def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
         """Return for each branch whether the limits permit one pose, and if not, which of them forbid it."""
-        if self.geometry.chain is not None:
+        if not isinstance(self._handle, _core.Arm):
             return branches_by_intervals(self._without_scene(), pose)
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(pose[None], np.zeros(1), segment)
@@ -1676,17 +1678,6 @@ def _beyond(keep: bool, nan: bool) -> _core.Enforce:
     return _core.Enforce.IGNORE if not keep else _core.Enforce.NAN if nan else _core.Enforce.RAISE
 
 
-def _raised(error: ModelError) -> Never:
-    """Raise an error (a function, for use in an expression)."""
-    raise error
-
-
-def _told(found: tuple[AnyDescription, ImportReport]) -> tuple[AnyDescription, ImportReport]:
-    """Return description and report unchanged, after a warning for each important note in the report."""
-    warn_of(found[1].notes)
-    return found
-
-
 KINDS: list[Any] = []
 """The classes of an arm with an offset wrist or shoulder, registered when the folder is imported: in closed
 form, and on its own chain."""
@@ -1707,11 +1698,3 @@ def _source_text(value: Any) -> str:
         .replace(" inf", " float('inf')")
         .replace("[inf", "[float('inf')")
     )
-
-
-def _given_frame(changes: ArmArguments, name: str, kept: Floats) -> ArrayLike:
-    """Return the frame that `changes` gives under this name, the kept one without; None is the identity."""
-    if name not in changes:
-        return kept
-    given = cast(ArrayLike | None, changes.get(name))
-    return np.eye(4) if given is None else given

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Never
 
 import numpy as np
@@ -37,18 +37,16 @@ _ASKED = {
 }
 
 
-def asked_of(name: str) -> str:
-    """Return the name of the public function that calls a function of the core, for error messages."""
-    return _ASKED.get(name, name.removesuffix("_many"))
+def refusing(unsupported: Callable[[str], UnsupportedError]) -> Callable[[object, str], Never]:
+    """Return the `__getattr__` of a core arm: a missing function raises an error with its public name."""
 
-
-class ChainHandle(_core.ChainArm):
-    """A core arm with its own chain; unsupported functions raise an error with their name."""
-
-    def __getattr__(self, name: str) -> Never:
+    def missing(self: object, name: str) -> Never:
+        """Raise `unsupported` for the function of the core; AttributeError for __names__."""
         if name.startswith("__"):
             raise AttributeError(name)
-        raise unsupported(asked_of(name))
+        raise unsupported(_ASKED.get(name, name.removesuffix("_many")))
+
+    return missing
 
 
 NOMINAL = "arm.deviation.nominal, the S-R-S arm beside it, whose joints miss the true poses by arm.deviation"
@@ -57,6 +55,12 @@ NOMINAL = "arm.deviation.nominal, the S-R-S arm beside it, whose joints miss the
 def unsupported(what: str, instead: str = NOMINAL) -> UnsupportedError:
     """Return the error of a function that does not support an arm with a chain."""
     return UnsupportedError(f"{what} is not made for an arm with a chain of its own: use {instead}")
+
+
+class ChainHandle(_core.ChainArm):
+    """A core arm with its own chain; unsupported functions raise an error with their name."""
+
+    __getattr__ = refusing(unsupported)
 
 
 def check_chain(name: str, handle: _core.ChainArm | _core.OffsetChain) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .._arrays import JOINTS, MILLIMETRES, Floats
+from .._values import fill
 from ..errors import UnsupportedError
 from ..models.axes import rotation_angle
 from .any_arm import AnyArm
@@ -61,7 +62,7 @@ class ChainDeviation(FrozenValue):
     _arm: AnyArm
 
     def __init__(self, arm: AnyArm) -> None:
-        self._fill({"_arm": arm})
+        fill(self, _arm=arm)
 
     def __eq__(self, other: object) -> bool:
         return self._arm == other._arm if isinstance(other, ChainDeviation) else NotImplemented

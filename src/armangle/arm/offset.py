@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
-from typing import Any, Literal, Never, cast
+from dataclasses import replace
+from typing import Any, Never, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,12 +12,10 @@ from .. import _core
 from .._arrays import (
     CONFIGURATIONS,
     JOINTS,
-    MILLIMETRES,
     FloatOrArray,
     Floats,
     IntOrArray,
     Ints,
-    Shape,
     as_codes,
     as_flag,
     as_floats,
@@ -29,21 +27,15 @@ from .._arrays import (
     hint_degrees,
     output,
 )
-from .._core import Wanted
-from .._progress import Progress
 from .._threads import thread_count
+from .._values import fill
 from ..errors import InputError, LimitError, UnreachableError, UnsupportedError
-from ..models.chain import chain_of
 from ..models.description import OffsetDescription
-from ..models.urdf.writing import write_chain
 from ..scenes.clearance import Clearance, clearance_of
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status
-from .arcs import ArcSet
 from .arm import KINDS, ON_ERROR, Arm, OnError
-from .chain import asked_of
-from .diagnosis import Branch
-from .interval_diagnosis import branches_by_intervals
+from .chain import refusing
 
 _NO_FIELDS = ("d_4", "chain", "reference")
 _INSTEAD = {
@@ -63,10 +55,7 @@ def unsupported(what: str, instead: str = "") -> UnsupportedError:
 class OffsetHandle(_core.OffsetArm):
     """A core arm with an offset; unsupported functions raise an error with their name."""
 
-    def __getattr__(self, name: str) -> Never:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        raise unsupported(asked_of(name))
+    __getattr__ = refusing(unsupported)
 
 
 class OffsetArm(Arm):
@@ -76,11 +65,11 @@ class OffsetArm(Arm):
     arm of the same numbers without a_1, a_6 and scene.
     """
 
-    __slots__ = ("_free_joint", "_rows")
+    __slots__ = ("_rows",)
 
-    _free_joint: Literal[1, 7]
     _rows: Arm
     _handle: Any  # an OffsetHandle
+    _described = OffsetDescription
 
     def __init__(self, *unnamed: Never, a_1: float = 0.0, a_6: float = 0.0, **numbers: Any) -> None:
         """Check the numbers and create the core's arm; exactly one of a_1 and a_6 is not 0."""
@@ -99,13 +88,12 @@ class OffsetArm(Arm):
                 f"a_1 is {offsets['a_1']:g} and a_6 is {offsets['a_6']:g}, wanted one of them: "
                 "with both there is no closed form"
             )
-        mirrored = offsets["a_1"] != 0.0
         kept = {name: getattr(rows, name) for name in Arm.__slots__ if not name.startswith("_")}
-        own = {"_rows": rows, "_free_joint": 1 if mirrored else 7, "_ready": None, "_apart": None}
-        self._fill({**kept, **own, "geometry": replace(rows.geometry, **offsets), "scene": scene})
-        self._fill({"_handle": OffsetHandle(*self._core_numbers(), self.singularity_margin)})
+        own = {"_rows": rows, "_ready": None, "_apart": None}
+        fill(self, **{**kept, **own, "geometry": replace(rows.geometry, **offsets), "scene": scene})
+        fill(self, _handle=OffsetHandle(*self._core_numbers(), self.singularity_margin))
         if scene is not None:
-            self._fill({"_ready": self._prepared(scene)})
+            fill(self, _ready=self._prepared(scene))
 
     def _core_numbers(self) -> tuple[Floats, Floats, Floats, Floats, float, bool]:
         """Return lengths (m), rows of joint data, base, tool, offset (m), and if it is at the shoulder."""
@@ -120,50 +108,9 @@ class OffsetArm(Arm):
         new = cast(OffsetArm, super()._keeping(scene, singularity_margin))
         margin = new.singularity_margin
         if margin != self.singularity_margin:
-            new._fill({"_rows": self._rows.with_(singularity_margin=margin)})
-            new._fill({"_handle": OffsetHandle(*new._core_numbers(), margin)})
+            fill(new, _rows=self._rows.with_(singularity_margin=margin))
+            fill(new, _handle=OffsetHandle(*new._core_numbers(), margin))
         return new
-
-    def to_urdf(self) -> str:
-        """See `Arm.to_urdf`."""
-        numbers = {f.name: self._number(f.name) for f in fields(OffsetDescription)}
-        return write_chain(chain_of(OffsetDescription(**numbers)), self.name)
-
-    def _numbers(self) -> dict[str, Any]:
-        """See `Arm._numbers`."""
-        return {**super()._numbers(), "a_1": self.geometry.a_1, "a_6": self.geometry.a_6}
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, OffsetArm):
-            return False if isinstance(other, Arm) else NotImplemented
-        mine, its = ((arm.geometry.a_1, arm.geometry.a_6, arm._rows, arm.scene) for arm in (self, other))
-        return mine == its and (self.geometry.chain is None) == (other.geometry.chain is None)
-
-    def __hash__(self) -> int:
-        return hash((self.geometry.a_1, self.geometry.a_6, self._rows))
-
-    def _source(self) -> str:
-        """See `Arm._source`."""
-        offset = f"a_1={self.geometry.a_1!r}" if self.geometry.a_1 else f"a_6={self.geometry.a_6!r}"
-        rows = self._rows._source().removeprefix("Arm(").removesuffix(")")
-        scene = "" if self.scene is None else f", scene={self.scene!r}"
-        return f"Arm({offset}, {rows}{scene})"
-
-    def __str__(self) -> str:
-        """Return a readable description: lengths in mm, limits in degrees."""
-        offset = ("a_1", self.geometry.a_1) if self.geometry.a_1 else ("a_6", self.geometry.a_6)
-        first, rest = str(self._rows).split(": ", 1)
-        return f"{first}: {offset[0]} {offset[1] * MILLIMETRES:.6g}, {rest}"
-
-    @property
-    def kind(self) -> str:
-        """See `Arm.kind`."""
-        return "offset_shoulder" if self.geometry.a_1 else "offset_wrist"
-
-    @property
-    def redundancy(self) -> str:
-        """See `Arm.redundancy`."""
-        return f"joint_{self._free_joint}"
 
     # -- kinematics --------------------------------------------------------------------------------
 
@@ -194,8 +141,8 @@ class OffsetArm(Arm):
         """
         if psi is None:
             raise InputError(
-                f"inverse takes a pose and psi, the value of joint {self._free_joint}, and gives one answer "
-                "for each gc. solve(pose, seed=q) finds the nearest of all solutions"
+                f"inverse takes a pose and psi, the value of {self.redundancy.replace('_', ' ')}, and gives "
+                "one answer for each gc. solve(pose, seed=q) finds the nearest of all solutions"
             )
         keep = as_flag("limits", limits)
         nan = chosen("on_error", on_error, ON_ERROR) == "nan"
@@ -245,27 +192,9 @@ class OffsetArm(Arm):
             raise LimitError(f"{where}: the solution has a joint outside its limits")
         raise UnreachableError(f"{where}: {STATUSES[code].sentence}")
 
-    def frames(self, q: ArrayLike) -> Floats:
-        """See `Arm.frames`: the offset lies along x of frame 6, or 1."""
-        return self._of_joints(self._handle.frames_many, q, (JOINTS + 1, 4, 4))
-
     def elbow(self, q: ArrayLike) -> Floats:
         """See `Arm.elbow`."""
         return self.frames(q)[..., 3, :3, 3].copy()
-
-    # -- feasible values of the free joint ---------------------------------------------------------------
-
-    def _arcs(
-        self, pose: ArrayLike, gc: ArrayLike, wanted: Wanted, sets: Shape, scene: Scene | None,
-        progress: Progress | bool | None = None, paper: tuple[float, float] = (0.0, 0.0),
-    ) -> ArcSet:  # fmt: skip
-        """See `Arm._arcs`."""
-        margin = 0.0 if wanted is Wanted.CLEAR else self.singularity_margin
-        return self._proven_arcs(pose, gc, margin, wanted, sets, self._ready_for(scene), progress)
-
-    def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
-        """See `Arm._branches_of`."""
-        return branches_by_intervals(self._without_scene(), pose)
 
     def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
         """See `Arm.clearance`: psi_rate is per rad of the free joint, NaN where two branches meet."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, Never
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
+from .._values import fill
 from ..errors import UnsupportedError
 from ..scenes.scene import Scene
 from .arm import KINDS, Arm
-from .chain import asked_of, check_chain
+from .chain import check_chain, refusing
 from .numbers import checked_chain
 from .offset import OffsetArm
 
@@ -29,11 +29,7 @@ def unsupported(what: str, instead: str = f"use {NOMINAL}") -> UnsupportedError:
 class OffsetChainHandle(_core.OffsetChain):
     """A core arm of this kind; unsupported functions raise an error with their name."""
 
-    def __getattr__(self, name: str) -> Never:
-        """Raise UnsupportedError with the name of the public function; AttributeError for __names__."""
-        if name.startswith("__"):
-            raise AttributeError(name)
-        raise unsupported(asked_of(name))
+    __getattr__ = refusing(unsupported)
 
 
 class OffsetChainArm(OffsetArm):
@@ -55,37 +51,14 @@ class OffsetChainArm(OffsetArm):
         handle = OffsetChainHandle(*self._core_numbers(), links)
         check_chain(self.name, handle)
         own = replace(self.geometry, chain=links)
-        self._fill({"geometry": own, "_handle": handle, "scene": scene})
+        fill(self, geometry=own, _handle=handle, scene=scene)
         if scene is not None:
-            self._fill({"_ready": self._prepared(scene)})
-
-    def __eq__(self, other: object) -> bool:
-        same = super().__eq__(other)
-        if (
-            same is not True
-            or not isinstance(other, Arm)
-            or other.geometry.chain is None
-            or self.geometry.chain is None
-        ):
-            return False if same is True else same
-        return np.array_equal(self.geometry.chain, other.geometry.chain)
-
-    __hash__ = OffsetArm.__hash__
+            fill(self, _ready=self._prepared(scene))
 
     def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
         """See `Arm._keeping`; raise for a singularity margin."""
         _refuse_margin(singularity_margin)
         return super()._keeping(scene, singularity_margin)
-
-    def _source(self) -> str:
-        """See `Arm._source`."""
-        assert self.geometry.chain is not None
-        return f"{super()._source().removesuffix(')')}, chain={self.geometry.chain.tolist()})"
-
-    @property
-    def kind(self) -> str:
-        """See `Arm.kind`."""
-        return f"{super().kind}_chain"
 
 
 KINDS.append(OffsetChainArm)

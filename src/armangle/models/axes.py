@@ -26,6 +26,7 @@ NEAR_ANGLE = math.radians(2.0)  # this angle, are nearly S-R-S
 MAX_LENGTH, MAX_ANGLE = 0.1, 0.1  # m, rad: the largest tolerances, and the largest deviation of an own chain
 
 _PARALLEL_SINE = 1e-9
+_NOISE, _LENGTH_DIGITS = 1e-12, 12  # rad; decimals of a length
 _ROUNDED = 1e-9  # of a bound: rounding of a length that a file writes as a difference
 _NO_LENGTH = 4e-5  # m; each of a link's two lengths may count as zero up to half of it
 _CENTRES = {"shoulder": (0, 1, 2), "wrist": (4, 5, 6)}
@@ -35,6 +36,22 @@ def cross(u: FloatArray, v: FloatArray) -> FloatArray:
     """Return u x v of two vectors (3,), in a tenth of NumPy's time for general arrays."""
     (a, b, c), (x, y, z) = u.tolist(), v.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
+
+
+def angle_about(axis: FloatArray, start: FloatArray, end: FloatArray) -> float:
+    """Return the angle (rad, in (-pi, pi]) about `axis` that turns `start` to `end`; a multiple of π/2 is
+    exact.
+    """
+    angle = math.atan2(float(axis @ cross(start, end)), float(start @ end))
+    quarter = round(angle / (math.pi / 2.0))
+    if abs(angle - quarter * math.pi / 2.0) <= _NOISE:
+        return abs(quarter) * math.pi / 2.0 if abs(quarter) == 2 else quarter * math.pi / 2.0
+    return angle
+
+
+def rounded(length: float) -> float:
+    """Return a length (m) without the rounding of the file."""
+    return round(float(length), _LENGTH_DIGITS) + 0.0
 
 
 @dataclass(frozen=True, eq=False)

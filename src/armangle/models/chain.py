@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..poses import pose
 from .description import ArmDescription, OffsetDescription
 
 FloatArray = NDArray[np.float64]
@@ -37,20 +36,9 @@ class Joint:
 class Chain:
     """The joints from a base link to a tip link; fixed joints are merged into the frames.
 
-    Parameters
-    ----------
-    name : str
-        Name of the robot.
-    base, tip : str
-        Names of the two links.
-    joints : tuple of Joint
-        In order from base to tip.
-    tip_origin : ndarray of shape (4, 4)
-        Frame of the tip link in the frame of the last joint.
-    source : str
-        Origin of the chain, in words.
-    notes : tuple of str
-        Notes of the reader.
+    `name` of the robot; names of the links `base` and `tip`; `joints` from base to tip; `tip_origin` (4, 4),
+    frame of the tip link in that of the last joint; `source`, origin of the chain in words; `notes` of the
+    reader.
     """
 
     name: str
@@ -62,40 +50,25 @@ class Chain:
     notes: tuple[str, ...] = ()
 
     def forward(self, q: ArrayLike) -> FloatArray:
-        """Return the pose of the tip link in the base link.
+        """Return the poses (..., 4, 4) of the tip link in the base link at joints (..., n), rad."""
+        return self.frames(q)[-1]
 
-        Parameters
-        ----------
-        q : array_like of shape (..., n)
-            Joint coordinates, rad, one for each joint.
-
-        Returns
-        -------
-        ndarray of shape (..., 4, 4)
-        """
+    def frames(self, q: ArrayLike) -> list[FloatArray]:
+        """Return the frames (..., 4, 4) of the joints, not turned by their own angle, and of the tip link."""
         angles = np.asarray(q, dtype=np.float64)
-        pose = np.broadcast_to(np.eye(4), (*angles.shape[:-1], 4, 4))
+        pose, frames = np.broadcast_to(np.eye(4), (*angles.shape[:-1], 4, 4)), list[FloatArray]()
         for index, joint in enumerate(self.joints):
-            pose = pose @ joint.origin @ rotation_about(joint.axis, angles[..., index])
-        return np.asarray(pose @ self.tip_origin, dtype=np.float64)
+            frames.append(np.asarray(pose @ joint.origin))
+            pose = frames[-1] @ rotation_about(joint.axis, angles[..., index])
+        return [*frames, np.asarray(pose @ self.tip_origin, dtype=np.float64)]
 
     def lines(self) -> tuple[FloatArray, FloatArray]:
-        """Return the joint axes at q = 0 as lines in the base link.
-
-        Returns
-        -------
-        points : ndarray of shape (n, 3)
-            A point on each axis, m.
-        directions : ndarray of shape (n, 3)
-            Unit vectors.
+        """Return the joint axes at q = 0 in the base link: points (n, 3), one on each, m, and unit vectors
+        (n, 3).
         """
-        points, directions = [], []
-        pose = np.eye(4)
-        for joint in self.joints:
-            pose = pose @ joint.origin
-            points.append(pose[:3, 3])
-            directions.append(pose[:3, :3] @ joint.axis)
-        return np.array(points), np.array(directions)
+        frames = self.frames(np.zeros(len(self.joints)))[:-1]
+        directions = [frame[:3, :3] @ joint.axis for frame, joint in zip(frames, self.joints, strict=True)]
+        return np.array([frame[:3, 3] for frame in frames]), np.array(directions)
 
 
 def chain_of(arm: ArmDescription) -> Chain:
@@ -178,11 +151,6 @@ def rigid_inverse(pose: FloatArray) -> FloatArray:
     inverse[:3, :3] = pose[:3, :3].T
     inverse[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
     return inverse
-
-
-def from_rpy(xyz: ArrayLike, rpy: ArrayLike) -> FloatArray:
-    """Return the frame (4, 4) of a translation (3,), m, and rotations about the fixed x, y, z axes, rad."""
-    return pose(xyz, rpy=rpy)
 
 
 def to_rpy(pose: FloatArray) -> tuple[float, float, float]:

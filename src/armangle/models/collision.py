@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .._arrays import JOINTS, Floats
 from ..errors import ArmangleError, SceneError, needed
 from ..scenes.ready import TOO_LARGE
-from .chain import Chain, chain_of, rigid_inverse, rotation_about
+from .chain import Chain, chain_of, rigid_inverse
 from .cover import Rod, cover_box, cover_cylinder, cover_mesh, merged, open_edges
 from .description import ArmDescription
 from .detect import chain_core
@@ -50,13 +50,8 @@ def link_frames(arm: ArmDescription, q: Floats) -> Floats:
         out = np.empty((JOINTS + 1, 4, 4))
         chain_core(arm).frames_many(q, out, 1)
         return out
-    chain = chain_of(arm)
-    frame, frames = np.eye(4), []
-    for joint, angle in zip(chain.joints, q, strict=True):
-        frame = frame @ joint.origin
-        frames.append(frame)
-        frame = frame @ rotation_about(joint.axis, angle)
-    return np.array([*frames, frame @ chain.tip_origin @ rigid_inverse(arm.tool)])
+    *frames, tip = chain_of(arm).frames(q)
+    return np.array([*frames, tip @ rigid_inverse(arm.tool)])
 
 
 def cover_urdf(source: Source, base: str | None, tip: str | None, shapes: int, hulls: bool) -> Covered:
@@ -194,23 +189,17 @@ def cover_mjcf(source: Any, base: str | None, tip: str | None, shapes: int) -> C
                 rods = [Rod(-half, half, geom.size[0])]
             case "cylinder":
                 rods = cover_cylinder(geom.size[0], 2 * geom.size[1], shapes)
-            case "box":
-                rods = cover_box(2 * np.array(geom.size), shapes)
-            case "ellipsoid":
+            case "box" | "ellipsoid":
                 rods = cover_box(2 * np.array(geom.size), shapes)
             case "mesh":
                 rods = solid_rods(geom.vertices, geom.faces, where, "mesh", shapes, False, _size(arm))
             case _:
-                _refuse_kind(where, geom.kind)
+                wanted = "sphere, capsule, cylinder, box, ellipsoid or mesh"
+                raise SceneError(where, "type", geom.kind, wanted)
         _refuse_unless_sized(where, geom.kind, max(2 * rod.radius for rod in rods), _size(arm))
         out.add(geom.frame, geom.body, rigid_inverse(rest[geom.frame]) @ geom.place, rods)
     _finish(out, chain, arm)
     return out
-
-
-def _refuse_kind(where: str, kind: str) -> NoReturn:
-    """Raise, because a shape's kind is not supported."""
-    raise SceneError(where, "type", kind, "sphere, capsule, cylinder, box, ellipsoid or mesh")
 
 
 def _finish(out: Covered, chain: Chain, arm: ArmDescription) -> None:
@@ -254,7 +243,5 @@ def always_touching(covered: Covered, arm: ArmDescription) -> list[tuple[str, st
 
 def _segments_apart(one: Floats, other: Floats) -> float:
     """Return the distance (m) of two segments (2, 3), or slightly more: it tries points of the first."""
-    along = other[1] - other[0]
     points = one[0] + np.linspace(0, 1, 33)[:, None] * (one[1] - one[0])
-    share = np.clip((points - other[0]) @ along / max(float(along @ along), 1e-300), 0, 1)
-    return float(np.linalg.norm(points - other[0] - share[:, None] * along, axis=1).min())
+    return float(Rod(other[0], other[1], 0.0).distances(points).min())

@@ -31,19 +31,25 @@ class Rod(NamedTuple):
     radius: float
 
     @property
+    def length(self) -> float:
+        """Distance of its ends, m."""
+        return float(np.linalg.norm(self.end - self.begin))
+
+    @property
     def volume(self) -> float:
         """Volume in cubic metres."""
-        length = float(np.linalg.norm(self.end - self.begin))
-        return float(np.pi * self.radius**2 * (length + 4.0 / 3.0 * self.radius))
+        return float(np.pi * self.radius**2 * (self.length + 4.0 / 3.0 * self.radius))
 
-    def excess(self, points: Floats) -> float:
-        """Return how far (m) the farthest of points (N, 3) is outside the rod; 0 or less if all
-        are inside.
-        """
+    def distances(self, points: Floats) -> Floats:
+        """Return the distances (N,) of points (N, 3) to the segment between its ends, m."""
         along = self.end - self.begin
         square = max(float(along @ along), 1e-300)
         share = np.clip((points - self.begin) @ along / square, 0.0, 1.0)
-        return float(np.linalg.norm(points - self.begin - share[:, None] * along, axis=1).max() - self.radius)
+        return np.asarray(np.linalg.norm(points - self.begin - share[:, None] * along, axis=1))
+
+    def excess(self, points: Floats) -> float:
+        """Return how far (m) the farthest of points (N, 3) is outside; 0 or less if all are inside."""
+        return float(self.distances(points).max() - self.radius)
 
 
 def around(points: Floats) -> Rod:

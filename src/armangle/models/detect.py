@@ -16,7 +16,6 @@ another order (roll, pitch, yaw) are zeros of joints 2 and 6.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
@@ -37,11 +36,13 @@ from .axes import (
     SRS_LENGTH,
     Axes,
     above,
+    angle_about,
     cross,
     differs,
     exceeds,
     reasons_against,
     rotation_angle,
+    rounded,
     tolerances,
     worst_difference,
 )
@@ -56,7 +57,6 @@ LENGTH_TOLERANCE = SRS_LENGTH
 ZERO_LENGTH = 2e-5
 
 _NOISE = 1e-12
-_LENGTH_DIGITS = 12
 
 
 _ENDS = (0, 6)  # joints whose length may be in base or tool as well
@@ -273,13 +273,13 @@ def _write(
     z = _orthogonal_neighbours(axes.directions * np.array(signs)[:, None])
     twists = (-1, 1, 1, -1, -1, 1)
     x = [t * cross(z[i], z[i + 1]) for i, t in enumerate(twists)]
-    turns = [_angle_about(z[i], x[i - 1], x[i]) for i in range(1, 6)]
+    turns = [angle_about(z[i], x[i - 1], x[i]) for i in range(1, 6)]
 
     def size(joint: int, direction: FloatArray) -> float:
         """Return the component (m, signed, rounded) of link vector `joint` along a unit vector; 0 if tiny."""
         along = float(spans[joint] @ direction)
         least = slack.length if joint in _ENDS else ZERO_LENGTH
-        return 0.0 if abs(along) <= least else _rounded(along)
+        return 0.0 if abs(along) <= least else rounded(along)
 
     d_bs = size(0, z[0])
     base = np.eye(4)
@@ -325,20 +325,6 @@ def _orthogonal_neighbours(directions: FloatArray) -> FloatArray:
         z[i] -= (z[i] @ z[fixed]) * z[fixed]
         z[i] /= np.linalg.norm(z[i])
     return z
-
-
-def _angle_about(axis: FloatArray, start: FloatArray, end: FloatArray) -> float:
-    """Return the angle (rad, in (-pi, pi]) about ``axis`` that turns ``start`` to ``end``."""
-    angle = math.atan2(float(axis @ cross(start, end)), float(start @ end))
-    quarter = round(angle / (math.pi / 2.0))
-    if abs(angle - quarter * math.pi / 2.0) <= _NOISE:
-        return abs(quarter) * math.pi / 2.0 if abs(quarter) == 2 else quarter * math.pi / 2.0
-    return angle
-
-
-def _rounded(value: float) -> float:
-    """Return a length (m) without the rounding of the file."""
-    return round(value, _LENGTH_DIGITS)
 
 
 def _tidy(frame: FloatArray, axes: Axes) -> FloatArray:

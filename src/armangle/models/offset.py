@@ -15,9 +15,11 @@ from .axes import (
     NEAR_ANGLE,
     NEAR_LENGTH,
     above,
+    angle_about,
     differs,
     exceeds,
     rotation_angle,
+    rounded,
     tolerances,
     worst_difference,
 )
@@ -39,14 +41,15 @@ def offset_hint(chain: Chain) -> str:
         return ""
     found = _with_one_offset(whole)
     off = _off(chain, found)
-    if max(abs(found.a_1), abs(found.a_6)) <= _rounded_up(off)[0]:
+    length, angle = (float(above(most)) for most in _accepting(off))
+    if max(abs(found.a_1), abs(found.a_6)) <= length:
         return ""  # the error's handler removes the offset too, and leaves an S-R-S arm
     if _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
         return f'fit="own" takes it: it is S-R-S but for {_kind(found)}.'
-    if not _within(_rounded_up(off), MAX_LENGTH, MAX_ANGLE):
+    if not _within((length, angle), MAX_LENGTH, MAX_ANGLE):
         return ""
     return (
-        f'fit="own" with {_tolerances(off)} takes it as S-R-S but for {_kind(found)}: '
+        f'fit="own" with {tolerances(*_accepting(off))} takes it as S-R-S but for {_kind(found)}: '
         f"that arm differs by up to {differs(off)} at the tip."
     )
 
@@ -92,14 +95,9 @@ def _kind(found: OffsetDescription) -> str:
     return f"an offset wrist, a_6 = {millimetres(abs(found.a_6))}"
 
 
-def _tolerances(off: tuple[float, float]) -> str:
-    """Return as text the tolerances with which a deviation (m, rad) is accepted."""
-    return tolerances(max(off[0], LENGTH_TOLERANCE), max(off[1], ANGLE_TOLERANCE))
-
-
-def _rounded_up(off: tuple[float, float]) -> tuple[float, float]:
-    """Return the tolerances (m, rad), rounded up, with which a deviation (m, rad) is accepted."""
-    return float(above(max(off[0], LENGTH_TOLERANCE))), float(above(max(off[1], ANGLE_TOLERANCE)))
+def _accepting(off: tuple[float, float]) -> tuple[float, float]:
+    """Return the tolerances (m, rad) with which a deviation (m, rad) is accepted, not rounded."""
+    return max(off[0], LENGTH_TOLERANCE), max(off[1], ANGLE_TOLERANCE)
 
 
 def _read(chain: Chain) -> OffsetDescription:
@@ -134,17 +132,17 @@ def _read(chain: Chain) -> OffsetDescription:
         first = base[:3, 1] - z[0] * (base[:3, 1] @ z[0])
     first /= np.linalg.norm(first)
     frame = _frame(first, z[0], foot)
-    offsets = [_angle(first, x[0], z[0]), *(_angle(x[i - 1], x[i], z[i]) for i in range(1, 6)), 0.0]
+    turns = [angle_about(z[i], x[i - 1] if i else first, x[i]) for i in range(6)]
     last = _frame(x[5], z[6], feet[5, 1])
     along = float((tip[:3, 3] - feet[5, 1]) @ z[6])
     last[:3, 3] += along * z[6]
     return OffsetDescription(
-        d_bs=_rounded((feet[0, 0] - foot) @ z[0]), d_se=_rounded(d[1]), d_ew=_rounded(d[3]),
-        d_wf=_rounded(along),
-        a_1=_rounded(a[0]), a_3=_rounded(a[2]), a_4=_rounded(a[3]), a_6=_rounded(a[5]),
+        d_bs=rounded((feet[0, 0] - foot) @ z[0]), d_se=rounded(d[1]), d_ew=rounded(d[3]),
+        d_wf=rounded(along),
+        a_1=rounded(a[0]), a_3=rounded(a[2]), a_4=rounded(a[3]), a_6=rounded(a[5]),
         lower=tuple(j.lower for j in chain.joints), upper=tuple(j.upper for j in chain.joints),
         velocity=tuple(j.velocity for j in chain.joints),
-        signs=tuple(int(s) for s in signs), offsets=tuple(_quarters(o) for o in offsets),
+        signs=tuple(int(s) for s in signs), offsets=(*turns, 0.0),
         base=frame, tool=rigid_inverse(last) @ tip,
         name=chain.name, joint_names=tuple(j.name for j in chain.joints),
     )  # fmt: skip
@@ -158,24 +156,8 @@ def _common_normal(p: FloatArray, u: FloatArray, r: FloatArray, v: FloatArray) -
     return np.array([p + along[0] * u, r + along[1] * v])
 
 
-def _angle(start: FloatArray, end: FloatArray, axis: FloatArray) -> float:
-    """Return the angle (rad) from one vector to another about an axis."""
-    return float(np.arctan2(np.cross(start, end) @ axis, start @ end))
-
-
 def _frame(x: FloatArray, z: FloatArray, origin: FloatArray) -> FloatArray:
     """Return the frame (4, 4) with these x and z axes and origin (m)."""
     frame = np.eye(4)
     frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3] = x, np.cross(z, x), z, origin
     return frame
-
-
-def _quarters(angle: float) -> float:
-    """Return an angle (rad), or the multiple of π/2 that it differs from by rounding only."""
-    quarter = round(angle / (np.pi / 2))
-    return quarter * np.pi / 2 if abs(angle - quarter * np.pi / 2) < 1e-12 else angle
-
-
-def _rounded(value: float) -> float:
-    """Return a number rounded to 12 decimals."""
-    return float(np.round(value, 12)) + 0.0

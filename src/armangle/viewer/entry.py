@@ -9,7 +9,8 @@ import numpy as np
 from .._arrays import Floats, number_in
 from ..arm.arm import Arm
 from ..errors import InputError
-from ..models.chain import from_rpy, to_rpy
+from ..models.chain import to_rpy
+from ..poses import pose
 
 _FAR = 10.0  # times the reach: a larger distance has another unit
 
@@ -27,22 +28,10 @@ def text_of_pose(pose: Floats) -> tuple[str, str]:
 def pose_of_text(xyz: str, rpy: str, arm: Arm) -> Floats:
     """Return the pose (4, 4) of two texts.
 
-    Parameters
-    ----------
-    xyz : str
-        Three numbers in m, or in mm with "mm" after them; separated by blanks or commas.
-    rpy : str
-        Roll, pitch and yaw about the fixed x, y and z axes, in degrees.
-    arm : Arm
-        A position beyond ten times its reach is rejected: it has another unit.
+    `xyz` is three numbers in m, or in mm with "mm" after them, separated by blanks or commas; `rpy` is roll,
+    pitch and yaw about the fixed x, y and z axes, in degrees. Raises `InputError` if a text is not three
+    finite numbers, or the position is beyond ten times the arm's reach: then it has another unit.
 
-    Raises
-    ------
-    InputError
-        If a text is not three finite numbers, or the position is that far.
-
-    Examples
-    --------
     >>> arm = Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)
     >>> pose_of_text("400, 0, 500 mm", "0 0 90", arm)[:3, 3].tolist()
     [0.4, 0.0, 0.5]
@@ -56,7 +45,7 @@ def pose_of_text(xyz: str, rpy: str, arm: Arm) -> Floats:
             f"x y z is {far:.4g} m from the base and the arm reaches {arm.geometry.reach:.3g} m; "
             f"with mm behind the numbers they are mm: 400 0 500 mm"
         )
-    return from_rpy(place, np.radians(angles))
+    return pose(place, rpy=np.radians(angles))
 
 
 def _three(name: str, text: str, wanted: str) -> Floats:

@@ -8,27 +8,19 @@ import numpy as np
 
 from ..._arrays import Floats
 from ...poses import pose
-from ..chain import from_rpy
 
 
 def origin(read: Callable[[str, int], Floats | None]) -> Floats:
     """Return the pose (4, 4) of an <origin>.
 
-    Parameters
-    ----------
-    read : callable
-        Returns so many numbers of an attribute, None if it is missing: three of "xyz" in m, three of "rpy",
-        roll, pitch and yaw about fixed axes in rad, or instead four of "quat_xyzw", a quaternion.
-
-    Raises
-    ------
-    ValueError
-        If both orientations are given, or the quaternion is zero.
+    `read` returns so many numbers of an attribute, None if it is missing: three of "xyz" in m, three of
+    "rpy", roll, pitch and yaw about fixed axes in rad, or instead four of "quat_xyzw", a quaternion. Raises
+    `ValueError` if both orientations are given, or the quaternion is zero.
     """
     xyz, rpy, quaternion = read("xyz", 3), read("rpy", 3), read("quat_xyzw", 4)
     place = np.zeros(3) if xyz is None else xyz
     if quaternion is None:
-        return from_rpy(place, np.zeros(3) if rpy is None else rpy)
+        return pose(place, rpy=rpy)
     if rpy is not None:
         raise ValueError("has rpy and quat_xyzw, wanted one of them")
     length = float(np.linalg.norm(quaternion))
