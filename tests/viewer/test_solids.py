@@ -12,7 +12,8 @@ from support.needs import need
 
 import armangle as aa
 from armangle.viewer.meshes import solids_of
-from armangle.viewer.solids import capsule, capsules
+from armangle.viewer.solids import capsules
+from armangle.viewer.surfaces import surface
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 WAM = aa.Arm.from_catalogue("barrett_wam7")
@@ -21,9 +22,9 @@ PR2 = aa.Arm.from_catalogue("willow_garage_pr2_left")
 
 
 def test_a_capsule_is_closed_and_of_its_radius() -> None:
-    """All vertices of `capsule` are at its radius, and its faces enclose its volume."""
+    """All vertices of a capsule's surface are at its radius, and its faces enclose its volume."""
     begin, end = np.array([0.1, 0.2, 0.3]), np.array([0.1, 0.7, 0.9])
-    vertices, faces = capsule(begin, end, 0.05)
+    vertices, faces = surface(aa.Capsule(begin, end, 0.05), 1.0)
     axis = (end - begin) / np.linalg.norm(end - begin)
     along = np.clip((vertices - begin) @ axis, 0, np.linalg.norm(end - begin))
     distance = np.linalg.norm(vertices - begin - along[:, None] * axis, axis=1)

@@ -50,18 +50,10 @@ class Placed(NamedTuple):
 class Curve:
     """Segments of the path, stretches of the angle, the plane of its zero, and the branch.
 
-    Parameters
-    ----------
-    segments, stretches, plane : ndarray
-        In the core's format.
-    gc : int
-        Global configuration 0..7 at its start; it changes where the curve passes θ2 = 0 or θ6 = 0.
-    roll : "pose" or "free"
-        "free": joint 7 is constant, and poses have any roll about axis 7.
-    shifts : ndarray
-        In the core's format: for a true chain, corrections of a leading joint.
-    base : ndarray, shape (4, 4), or None
-        Pose of the base of a true chain's nominal arm, if not the arm's own: position in m.
+    `segments`, `stretches` and `plane` are in the core's format. `gc` is the global configuration at its
+    start; it changes where the curve passes θ2 = 0 or θ6 = 0. `roll` "free": joint 7 is constant, and poses
+    have any roll about axis 7. For a true chain, `shifts` are corrections of a leading joint, in the core's
+    format, and `base` (4, 4), m, is that of its nominal arm, if not the arm's own.
     """
 
     segments: Floats
@@ -71,6 +63,7 @@ class Curve:
     roll: Roll = "pose"
     shifts: Floats = field(default_factory=lambda: np.empty((0, _SHIFT)))
     base: Floats | None = None
+    leads_the_tool = False
 
     @property
     def end(self) -> float:
@@ -81,11 +74,6 @@ class Curve:
     def knots(self) -> Floats:
         """The s between which the curve is smooth, shape (k,)."""
         return np.append(self.stretches[:, 0], self.end)
-
-    @property
-    def leads_the_tool(self) -> bool:
-        """Whether the joints determine the path of the end effector: False."""
-        return False
 
     def at(self, handle: _core.Arm, s: Floats) -> Placed:
         """Return the rows at s (N,), each up to `end`; `handle` is the arm's."""
@@ -123,16 +111,8 @@ class _Rows:
 class OffsetCurve(_Rows):
     """Rows of an arm with an offset wrist or shoulder: the free joint is linear between two rows.
 
-    Parameters
-    ----------
-    segments : ndarray
-        In the core's format.
-    s, free : ndarray, shape (n,)
-        The rows' parameters, and the free joint's values there, rad, continuous; n is 2 or more.
-    q : ndarray, shape (n, 7)
-        Joints, rad.
-    gc : int
-        Global configuration of the first row.
+    `segments` are in the core's format. `s` and `free` (n,), n >= 2: the rows' parameters, and the free
+    joint's values there, rad, continuous; `q` (n, 7), rad; `gc` of the first row.
     """
 
     segments: Floats
@@ -140,11 +120,7 @@ class OffsetCurve(_Rows):
     free: Floats
     q: Floats
     gc: int
-
-    @property
-    def leads_the_tool(self) -> bool:
-        """Whether the joints determine the path of the end effector: False."""
-        return False
+    leads_the_tool = False
 
     def at(self, handle: Any, s: Floats) -> Placed:
         """Return the rows at s (N,); `handle` is the arm's."""
@@ -184,17 +160,8 @@ class OffsetCurve(_Rows):
 class _JointRows(_Rows):
     """Rows of joints that determine the path of the end effector.
 
-    Parameters
-    ----------
-    arm : Arm
-    s : ndarray, shape (n,)
-        The rows' parameters, rising from 0 to 1; n is 2 or more.
-    q : ndarray, shape (n, 7)
-        Joints, rad.
-    gc : int
-        Global configuration of the first row.
-    segments : ndarray
-        Straight lines from pose to pose of the rows; the end effector itself follows the joints.
+    `s` (n,), n >= 2, rises from 0 to 1; `q` (n, 7), rad; `gc` of the first row; `segments`, straight lines
+    from pose to pose of the rows: the end effector itself follows the joints.
     """
 
     arm: Arm
@@ -202,11 +169,22 @@ class _JointRows(_Rows):
     q: Floats
     gc: int
     segments: Floats
+    leads_the_tool = True
 
-    @property
-    def leads_the_tool(self) -> bool:
-        """Whether the joints determine the path of the end effector: True."""
-        return True
+    def joints(self, s: Floats) -> Floats:
+        """Return joints at s (N,), (N, 7) rad."""
+        raise NotImplementedError
+
+    def at(self, handle: Any, s: Floats) -> Placed:
+        """Return the rows at s (N,); psi is in (-π, π], NaN if it does not exist."""
+        q = self.joints(s)
+        pose, psi, gc = self.arm.forward(q, on_error="nan")
+        margin = np.asarray(self.arm.limit_margin(q))
+        return Placed(q, np.asarray(psi), np.asarray(gc, dtype=np.float64), pose, margin, np.zeros(len(q)))
+
+    def _row(self, s: Floats) -> Ints:
+        """Return the index of the row at or before each s; at the end, of the last but one."""
+        return np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
 
 
 @by_content
@@ -218,13 +196,9 @@ class JointLines(_JointRows):
         """Return joints at s (N,), (N, 7) rad."""
         return np.stack([np.interp(s, self.s, joint) for joint in self.q.T], axis=-1)
 
-    def at(self, handle: Any, s: Floats) -> Placed:
-        """Return the rows at s (N,); psi is in (-π, π], NaN if it does not exist."""
-        return _placed(self.arm, self.joints(s))
-
     def derivatives(self, handle: Any, s: Floats) -> Floats:
         """Return q', q'', q''' with respect to s, shape (N, 3, 7); at a row, of the next piece."""
-        row = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
+        row = self._row(s)
         out = np.zeros((len(s), ORDERS, JOINTS))
         out[:, 0] = np.diff(self.q, axis=0)[row] / np.diff(self.s)[row, None]
         return out
@@ -235,12 +209,8 @@ class JointLines(_JointRows):
 class JointSpline(_JointRows):
     """A cubic spline through rows of joints: twice differentiable, but where joints begin or end a rest.
 
-    Parameters
-    ----------
-    rests : bool
-        Whether joints rest where rows repeat; otherwise such rows are like others.
-    slopes : two ndarrays of shape (7,), or None
-        q' at the ends; None: "not a knot" there.
+    `rests`: whether joints rest where rows repeat; otherwise such rows are like others. `slopes` (7,) are q'
+    at the ends; None: "not a knot" there.
     """
 
     rests: bool = False
@@ -269,15 +239,10 @@ class JointSpline(_JointRows):
         """Return joints at s (N,), (N, 7) rad."""
         return np.asarray(self.spline(np.interp(s, self.s, self.own)))
 
-    def at(self, handle: Any, s: Floats) -> Placed:
-        """Return the rows at s (N,); psi is in (-π, π], NaN if it does not exist."""
-        return _placed(self.arm, self.joints(s))
-
     def derivatives(self, handle: Any, s: Floats) -> Floats:
         """Return q', q'', q''' with respect to s, shape (N, 3, 7); at a row, of the next piece."""
-        row = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
         own = np.interp(s, self.s, self.own)
-        moves = (np.diff(self.own) > 0)[row, None, None]
+        moves = (np.diff(self.own) > 0)[self._row(s), None, None]
         return np.where(moves, np.stack([self.spline(own, order) for order in (1, 2, 3)], axis=1), 0.0)
 
     def passed(self, lower: Floats, upper: Floats) -> Floats:
@@ -302,13 +267,6 @@ def repeated(q: Floats) -> NDArray[np.bool_]:
         way = steps[first:last].sum()
         found[first:last] |= way <= REPEATS and min(beside[first], beside[last + 1]) >= APART * way
     return found
-
-
-def _placed(arm: Arm, q: Floats) -> Placed:
-    """Return rows of a curve from its joints q (N, 7): pose, arm angle, branch and margin are computed."""
-    pose, psi, gc = arm.forward(q, on_error="nan")
-    margin = np.asarray(arm.limit_margin(q))
-    return Placed(q, np.asarray(psi), np.asarray(gc, dtype=np.float64), pose, margin, np.zeros(len(q)))
 
 
 class AnyCurve(Protocol):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import JOINTS, Floats, about_z, as_poses, chosen, named, one_posture
+from .._arrays import JOINTS, Floats, about_z, as_whole, chosen, many_poses, named, one_posture
 from .._progress import Progress, as_progress, in_parts, progressing
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm, check_arm
@@ -192,9 +192,7 @@ def _sampled(
     """Return path, s (N,) and poses (N, 4, 4); the path is None for poses without `blend` and `samples`."""
     path = as_path(poses, blend)
     if path is None:
-        frames = np.ascontiguousarray(as_poses("poses", cast("ArrayLike", poses), handle))
-        if frames.ndim != 3:
-            raise InputError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
+        frames = many_poses("poses", cast("ArrayLike", poses), handle)
         if not np.any(blend) and samples is None:
             return None, even_parameters(len(frames)), frames
         points = Waypoints(frames)
@@ -205,6 +203,4 @@ def _sampled(
 
 def _window(lookahead: int, n: int) -> int:
     """Return the number of poses to look ahead, at most all of them."""
-    if isinstance(lookahead, bool) or not isinstance(lookahead, int) or lookahead < 0:
-        raise InputError(f"lookahead is {lookahead!r}, wanted a number of poses, 0 or more")
-    return min(lookahead, n)
+    return min(as_whole("lookahead", lookahead, 0, np.inf, "a number of poses, 0 or more"), n)

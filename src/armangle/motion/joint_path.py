@@ -10,7 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, FloatOrArray, Floats, IntOrArray, Ints, as_floats, as_number, chosen
+from .._arrays import (
+    JOINTS,
+    FloatOrArray,
+    Floats,
+    IntOrArray,
+    Ints,
+    as_floats,
+    as_number,
+    chosen,
+    unwrap_known,
+)
 from .._values import by_content, freeze
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
@@ -309,8 +319,7 @@ class JointPath:
             rows["status"][np.flatnonzero(known)[beyond]] = Status.LIMITS
         failed = ~np.isin(rows["status"], SOLVED)
         poses[failed] = rows["residual"][failed] = np.nan
-        defined = np.isfinite(rows["psi"])
-        rows["psi"][defined] = np.unwrap(rows["psi"][defined])
+        unwrap_known(rows["psi"])
         found = cls(arm=arm, s=at, poses=poses, **rows)
         if not found.ok:
             return found
@@ -462,8 +471,7 @@ class JointPath:
         columns["status"] = np.full(len(s), Status.OK, dtype=np.int8)
         kept = np.searchsorted(s, self.s[own])
         before = np.searchsorted(kept, np.arange(len(s)), side="right") - 1
-        defined = np.isfinite(columns["psi"])
-        columns["psi"][defined] = np.unwrap(columns["psi"][defined])
+        unwrap_known(columns["psi"])
         turns = np.round((self.psi[own] - columns["psi"][kept]) / _TURN)
         columns["psi"] += _TURN * np.where(np.isfinite(turns), turns, 0.0)[before]
         for name, column in columns.items():

@@ -10,7 +10,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, about_z, as_floats, as_number, as_poses, chosen, frozen, one_pose, warn
+from .._arrays import (
+    Floats,
+    about_z,
+    as_floats,
+    as_number,
+    as_whole,
+    chosen,
+    frozen,
+    many_poses,
+    one_pose,
+    warn,
+)
 from .._values import by_content, fill
 from ..errors import InputError
 
@@ -292,9 +303,10 @@ class Waypoints(Path):
     _segments: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        poses = np.ascontiguousarray(as_poses("poses", self.poses)).copy()
-        if poses.ndim != 3 or len(poses) == 0:
-            raise InputError(f"poses has shape {poses.shape}, wanted (N, 4, 4) with N of 1 or more")
+        wanted = "(N, 4, 4) with N of 1 or more"
+        poses = many_poses("poses", self.poses, wanted=wanted).copy()
+        if len(poses) == 0:
+            raise InputError(f"poses has shape {poses.shape}, wanted {wanted}")
         _core.check_transforms(poses, "pose")
         out = np.empty((max(len(poses) - 1, 1), _core.SEGMENT_WIDTH))
         _core.path_waypoints(poses, np.linspace(0, 1, max(len(poses), 2)), out)
@@ -409,9 +421,4 @@ def as_path(path: Any, blend: ArrayLike = 0.0) -> Path | None:
 
 def sample_count(samples: int | None) -> int:
     """Return the requested number of rows, `SAMPLES` by default."""
-    if samples is None:
-        return SAMPLES
-    whole = isinstance(samples, (int, np.integer)) and not isinstance(samples, bool)
-    if not whole or not 2 <= samples <= MOST_SAMPLES:
-        raise InputError(f"samples is {samples!r:.100}, wanted an integer from 2 to {MOST_SAMPLES}")
-    return int(samples)
+    return SAMPLES if samples is None else as_whole("samples", samples, 2, MOST_SAMPLES)

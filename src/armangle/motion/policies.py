@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import Floats, chosen, hint_degrees, named
+from .._values import fill
 from ..arm.wish import Direction, as_wish
 from ..errors import InputError
 
@@ -61,12 +62,13 @@ class _Rated(Policy):
     outside: Outside
     _fixed: Any
 
-    def _check_strength(self) -> None:
-        """Raise unless K is in [0, 1], the rate is valid, and `outside` is a known word."""
+    def _fix(self) -> None:
+        """Make the core's policy of K; raise unless K, the rate and `outside` are valid."""
         _check_number("K", self.K, 0.0, 1.0, False)
         if self.rate is not None:
             _check_number("rate", self.rate, 0.0, 1e9, False)
         chosen("outside", self.outside, _OUTSIDE)
+        fill(self, _fixed=self._of_gain(self.K))
 
     def _of_gain(self, K: float) -> Any:
         """Return the core's policy with the strength K per step."""
@@ -111,9 +113,8 @@ class Repulsion(_Rated):
     _fixed: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        self._check_strength()
         _check_number("alpha", self.alpha, 0.0, 1e6, True)
-        object.__setattr__(self, "_fixed", self._of_gain(self.K))
+        self._fix()
 
     def _of_gain(self, K: float) -> Any:
         """Return the core's policy with the strength K per step."""
@@ -140,7 +141,7 @@ class Hold(Policy):
 
     def __post_init__(self) -> None:
         chosen("outside", self.outside, _OUTSIDE)
-        object.__setattr__(self, "_fixed", _core.Policy(_core.Rule.HOLD, 0.0, 1.0, _OUTSIDE[self.outside]))
+        fill(self, _fixed=_core.Policy(_core.Rule.HOLD, 0.0, 1.0, _OUTSIDE[self.outside]))
 
     def _native(self, dt: float | None) -> Any:
         """Return the core's policy; `dt` has no influence."""
@@ -172,8 +173,7 @@ class Centre(_Rated):
     _fixed: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        self._check_strength()
-        object.__setattr__(self, "_fixed", self._of_gain(self.K))
+        self._fix()
 
     def _of_gain(self, K: float) -> Any:
         """Return the core's policy with the strength K per step."""
@@ -230,9 +230,8 @@ class Towards(_Rated):
         if len(given) != 1:
             these = " and ".join(given) or "no wish"
             raise InputError(f"{these} given, wanted one of psi, point, direction")
-        self._check_strength()
-        object.__setattr__(self, "_wish", self._checked_wish())
-        object.__setattr__(self, "_fixed", self._of_gain(self.K))
+        fill(self, _wish=self._checked_wish())
+        self._fix()
 
     def _checked_wish(self) -> tuple[_core.Wish, float, Floats]:
         """Return the target in the core's format; point and direction are kept as tuples, or as the word."""
@@ -251,7 +250,7 @@ class Towards(_Rated):
             raise InputError(f"{name} has shape {target.shape}, wanted (3,)")
         value = getattr(self, name)
         if not isinstance(value, str):
-            object.__setattr__(self, name, tuple(np.asarray(value, dtype=float).tolist()))
+            fill(self, **{name: tuple(np.asarray(value, dtype=float).tolist())})
         return kind, float("nan"), target
 
     def _of_gain(self, K: float) -> Any:

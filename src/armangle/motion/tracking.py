@@ -17,6 +17,7 @@ from .._arrays import (
     as_number,
     as_poses,
     chosen,
+    many_poses,
     one_branch,
     one_posture,
 )
@@ -57,13 +58,10 @@ _MOST_MARGIN = 1.0  # rad
 _MOST_CLEARANCE = 10.0  # m
 _LONGEST = 1e3  # m, upper bound for the length of a radian
 _POINT = 3
-_START = "start(q) says where the arm stands"
 _KEYWORDS = {
     "policy": "the arm angle is its own choice; step(pose, elbow=) or elbow_direction= hints at another",
     "psi": "step(pose, elbow=) or elbow_direction= hints at an arm angle",
-    "start": _START,
-    "seed": _START,
-    "q0": _START,
+    **dict.fromkeys(("start", "seed", "q0"), "start(q) says where the arm stands"),
     "rate": "dt= is the time of a tick, s",
     "max_joint_step": "velocity= bounds the joints, rad/s",
 }
@@ -160,9 +158,7 @@ class HandFilter:
         >>> HandFilter().smooth(np.repeat(np.eye(4)[None], 3, axis=0), 0.01).shape
         (3, 4, 4)
         """
-        samples = np.ascontiguousarray(as_poses("poses", poses))
-        if samples.ndim != 3:
-            raise InputError(f"poses has shape {samples.shape}, wanted (n, 4, 4)")
+        samples = many_poses("poses", poses, wanted="(n, 4, 4)")
         out = np.empty_like(samples)
         time = as_seconds(dt)
         _core.smooth_hand(self.omega, self.patience, self.jump, self.turn, samples, time, out)
@@ -494,9 +490,7 @@ class Tracker:
         (5, 7)
         """
         self._check_started()
-        stream = np.ascontiguousarray(as_poses("poses", poses))
-        if stream.ndim != 3:
-            raise InputError(f"poses has shape {stream.shape}, wanted (n, 4, 4)")
+        stream = many_poses("poses", poses, wanted="(n, 4, 4)")
         out = np.empty((len(stream), JOINTS))
         with progressing(as_progress(progress)):
             self._core.run(stream, out)

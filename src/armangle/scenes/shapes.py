@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._arrays import Floats, frozen
@@ -23,15 +23,20 @@ THICK = 1.0  # m: a link, or a point of a cloud, with a larger radius was meant 
 _NO_AXES = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
-def _point(shape: str, name: str, value: ArrayLike) -> Point:
-    """Return three finite numbers (m); raise for anything else."""
+def _numbers(shape: str, name: str, value: ArrayLike, wanted: str) -> NDArray[Any]:
+    """Return an array of real numbers; raise for anything else."""
     try:
         array = np.asarray(value)
         if array.dtype.kind not in "fiu":
             raise TypeError
     except (TypeError, ValueError):
-        raise SceneError(shape, name, value, "three numbers (m)") from None
-    array = array.astype(np.float64)
+        raise SceneError(shape, name, value, wanted) from None
+    return array
+
+
+def _point(shape: str, name: str, value: ArrayLike) -> Point:
+    """Return three finite numbers (m); raise for anything else."""
+    array = _numbers(shape, name, value, "three numbers (m)").astype(np.float64)
     if array.shape != (3,):
         raise SceneError(shape, name, value, f"three numbers (m), not shape {array.shape}")
     if not (np.abs(array) <= LARGEST).all():
@@ -250,12 +255,7 @@ class HalfSpace:
 def _points(shape: str, points: ArrayLike) -> Floats:
     """Return points (N, 3), m, as a read-only copy; raise for anything else."""
     wanted = "points (m), an array of shape (N, 3) with N >= 1"
-    try:
-        array = np.asarray(points)
-        if array.dtype.kind not in "fiu":
-            raise TypeError
-    except (TypeError, ValueError):
-        raise SceneError(shape, "points", points, wanted) from None
+    array = _numbers(shape, "points", points, wanted)
     if array.ndim != 2 or array.shape[1] != 3 or not len(array):
         raise SceneError(shape, "points", array.shape, wanted)
     held = frozen(array.astype(np.float64))
@@ -440,12 +440,7 @@ class Field:
     ) -> None:
         """Check the numbers: most neighbouring distances must not differ by more than the spacing."""
         wanted = "distances (m), an array of shape (I, J, K), each at least 2"
-        try:
-            array = np.asarray(distance)
-            if array.dtype.kind not in "fiu":
-                raise TypeError
-        except (TypeError, ValueError):
-            raise SceneError("Field", "distance", distance, wanted) from None
+        array = _numbers("Field", "distance", distance, wanted)
         if array.ndim != 3 or min(array.shape) < 2:
             raise SceneError("Field", "distance", array.shape, wanted)
         held = frozen(array.astype(np.float64))

@@ -67,7 +67,8 @@ def arcs_panel(state: ViewerState) -> str:
     each = state.arm.feasible(state.pose, state.gc, per_joint=True)
     left_out = state.arm._left_out(state.pose, state.gc, Wanted.JOINTS)
     unproven_bars = pieces(state.arm._left_out(state.pose, state.gc).intervals)
-    bars, blocking = _obstacle_bars(state), []
+    bars, obstacles = _obstacles(state)
+    blocking = []
     bars += [_bar(low, high, PALE) for low, high in unproven_bars]
     none = unsolved(state.arm, state.pose, state.gc)
     lost_bars = pieces(none.intervals)
@@ -79,7 +80,7 @@ def arcs_panel(state: ViewerState) -> str:
     bars += [_bar(low, high, MID) for low, high in lost_bars]
     at = (np.degrees(state.psi) + 180) / 3.6
     listed = [(f"joint {joint}", JOINT_COLOURS[joint - 1]) for joint in sorted(blocking)]
-    listed += [(name, OBSTACLE) for name in _blocking_obstacles(state)]
+    listed += [(name, OBSTACLE) for name in obstacles]
     open_key = f"; {_key('not proven', PALE)}" if unproven_bars else ""
     open_key += f"; {_key('no solution', MID)}" if lost_bars else ""
     keys = " ".join(_key(name, colour) for name, colour in listed)
@@ -99,22 +100,17 @@ def _key(name: str, colour: str) -> str:
     return f'<span style="white-space:nowrap">{square} {escape(name)}</span>'
 
 
-def _obstacle_bars(state: ViewerState) -> list[str]:
-    """Return the bars of arm angles that the scene blocks."""
+def _obstacles(state: ViewerState) -> tuple[list[str], list[str]]:
+    """Return the bars of arm angles that the scene blocks, and the names of the obstacles, or own links, at
+    which arcs end, or that block all arm angles.
+    """
     if state.scene is None:
-        return []
+        return [], []
     clear = state.arm._clear(state.pose, state.gc, state.scene)
     blocked = (~clear)._less(unsolved(state.arm, state.pose, state.gc))
-    return [_bar(low, high, OBSTACLE) for low, high in pieces(blocked.intervals)]
-
-
-def _blocking_obstacles(state: ViewerState) -> list[str]:
-    """Return the names of obstacles, or own links, at which arcs end, or that block all arm angles."""
-    if state.scene is None:
-        return []
-    clear = state.arm._clear(state.pose, state.gc, state.scene)
+    bars = [_bar(low, high, OBSTACLE) for low, high in pieces(blocked.intervals)]
     names = [end.obstacle for pair in clear.ends for end in pair if end.obstacle is not None]
-    return list(dict.fromkeys(names or (clear.blocking or ())[:1]))
+    return bars, list(dict.fromkeys(names or (clear.blocking or ())[:1]))
 
 
 def _bar(low: float, high: float, colour: str) -> str:

@@ -10,6 +10,8 @@ import numpy as np
 from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
 from ..arm.skeleton import corners
+from ..scenes.shapes import Capsule
+from .surfaces import surface
 
 # Names between neighbouring corners of the arm, the DH frame in which both ends are rigid, and the thickness.
 _LINKS = (
@@ -17,7 +19,6 @@ _LINKS = (
     ("forearm", 4, 0.047), ("hand", 7, 0.04), ("tool", 7, 0.02),
 )  # fmt: skip
 _SHOULDER, _WRIST = ("shoulder", 1, 0.06), ("wrist", 6, 0.044)
-_SEGMENTS, _RINGS = 24, 7
 _SHORT = 1e-6
 
 GREY, DARK = (196, 200, 205), (120, 125, 132)
@@ -48,7 +49,7 @@ def capsules(arm: Arm, *, skip: frozenset[int] = frozenset()) -> list[Solid]:
         local = (points[k : k + 2] - frames[frame, :3, 3]) @ frames[frame, :3, :3]
         if np.linalg.norm(local[1] - local[0]) <= _SHORT * size or frame in skip:
             continue
-        vertices, faces = capsule(local[0], local[1], thickness * size)
+        vertices, faces = surface(Capsule(local[0], local[1], thickness * size), size)
         solids.append(Solid(name, frame, vertices, faces, DARK if k % 2 else GREY))
     return solids
 
@@ -61,25 +62,3 @@ def _links(arm: Arm) -> list[tuple[str, int, float]]:
     if arm.geometry.a_6:
         links.insert(5, _WRIST)
     return links
-
-
-def capsule(begin: Floats, end: Floats, radius: float) -> tuple[Floats, Any]:
-    """Return vertices (V, 3) and faces (F, 3) of a capsule between two points, m."""
-    axis = (end - begin) / np.linalg.norm(end - begin)
-    side = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    side /= np.linalg.norm(side)
-    other = np.cross(axis, side)
-    turn = np.linspace(0, 2 * np.pi, _SEGMENTS, endpoint=False)[:, None]
-    around = np.cos(turn) * side + np.sin(turn) * other
-    rings = []
-    for centre, heights in (
-        (begin, np.linspace(-np.pi / 2, 0, _RINGS)),
-        (end, np.linspace(0, np.pi / 2, _RINGS)),
-    ):
-        rings += [centre + radius * (np.sin(h) * axis + np.cos(h) * around) for h in heights]
-    vertices = np.concatenate(rings)
-    row = np.arange(len(rings) - 1)[:, None] * _SEGMENTS
-    here, after = np.arange(_SEGMENTS), (np.arange(_SEGMENTS) + 1) % _SEGMENTS
-    corners = row + here, row + after, row + _SEGMENTS + here, row + _SEGMENTS + after
-    a, b, c, d = (corner.ravel() for corner in corners)
-    return vertices, np.concatenate([np.stack([a, b, d], axis=1), np.stack([a, d, c], axis=1)])
