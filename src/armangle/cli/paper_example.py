@@ -29,7 +29,7 @@ from ..colours import (
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
 from ..motion.policies import Repulsion
-from ..plots.style import pyplot
+from ..plots.style import pyplot, shared_legend
 
 ROBOT = "kuka_iiwa7_r800"
 START_DEG = (-5.4101, -26.4986, -48.1542, -61.65, 152.6198, 114.4466, 8.1812)
@@ -128,12 +128,8 @@ def run(policy: Repulsion) -> Run:
 def draw(made: Run, file: BinaryIO) -> None:
     """Write a PNG of arm angle and joints along the path, with limits, as in Fig. 13.
 
-    The start is drawn one step before the first pose, so that the first step is visible.
-
-    Raises
-    ------
-    MissingExtraError
-        Without matplotlib.
+    The start is drawn one step before the first pose, so that the first step is visible. Raises
+    `MissingExtraError` without matplotlib.
     """
     figure = _figure(_SIZE)
     panels = plots.path(from_start(made), ax=figure.subplots(4, 2, sharex=True))
@@ -142,9 +138,7 @@ def draw(made: Run, file: BinaryIO) -> None:
         panel.plot(_BEFORE, np.degrees(value), "o", ms=5, color=BLACK, clip_on=False, zorder=5, label="start")
         panel.grid(lw=0.4, alpha=0.5)
         panel.set_xlim(-_ROOM * (1.0 - _BEFORE), 1.0)
-    entries = [panel.get_legend_handles_labels() for panel in panels]
-    labelled = {label: handle for two in entries for handle, label in zip(*two, strict=True)}
-    figure.legend(labelled.values(), labelled.keys(), loc="outside lower center", ncols=3, frameon=False)
+    shared_legend(panels, 3)
     figure.suptitle(f"The elbow is pushed off the joint limits: {made.words} (α = {made.policy.alpha:g}, "
                     f"K = {made.policy.K:g})\nwhile the tool moves {DISTANCE:g} m along a line")  # fmt: skip
     figure.savefig(file, format="png", dpi=_DPI)

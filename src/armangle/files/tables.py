@@ -139,44 +139,37 @@ def sheet_of(value: Any) -> Sheet:
 @sheet_of.register(JointTable)
 def _(value: JointPath | JointTable) -> Sheet:
     """Return the columns for a joint path: one row for each of its rows, solved or not."""
-    names = np.array([status.name for status in STATUSES])[value.status]
-    blocks = {name: getattr(value, name) for name in ("s", "q", "psi", "gc")}
-    return Sheet("joints", blocks | {"status": names, "margin": value.margin}, _HEADINGS)
+    return _joint_rows(value, value.s, value.status)
 
 
 @sheet_of.register
 def _(value: Solution) -> Sheet:
     """Return the columns for a batch of solutions: one row for each pose, NaN where there is none."""
-    q = value.q.reshape(-1, JOINTS)
-    return _solution_rows(q, value.psi, value.gc, value.margin, np.ravel(value.status))
+    return _joint_rows(value, even_parameters(np.size(value.status)), value.status)
 
 
 @sheet_of.register
 def _(value: Solutions) -> Sheet:
     """Return the columns for all solutions of one pose: one row for each; raise for a batch of poses."""
     status = np.full(len(value), Status.OK)  # one pose; for a batch len() raises the error
-    return _solution_rows(value.q, value.psi, value.gc, value.margin, status)
+    return _joint_rows(value, even_parameters(len(value)), status)
 
 
-def _solution_rows(q: Floats, psi: Any, gc: Any, margin: Any, status: NDArray[Any]) -> Sheet:
-    """Return the columns for solutions, one row for each; arrays of any shape are flattened."""
-    names = np.array([status.name for status in STATUSES])[status]
-    blocks = {"s": even_parameters(len(q)), "q": q, "psi": np.ravel(psi), "gc": np.ravel(gc)}
-    return Sheet("joints", blocks | {"status": names, "margin": np.ravel(margin)}, _HEADINGS)
+def _joint_rows(value: JointPath | JointTable | Solution | Solutions, s: Floats, status: Any) -> Sheet:
+    """Return the columns for a value with joints, one row for each; arrays of any shape are flattened."""
+    names = np.array([status.name for status in STATUSES])[np.ravel(status)]
+    blocks = {"s": s, "q": np.reshape(value.q, (-1, JOINTS))}
+    blocks |= {name: np.ravel(getattr(value, name)) for name in ("psi", "gc")}
+    return Sheet("joints", blocks | {"status": names, "margin": np.ravel(value.margin)}, _HEADINGS)
 
 
-@sheet_of.register
-def _(value: Trajectory) -> Sheet:
-    """Return the columns for a trajectory, with the joint names of its arm."""
+@sheet_of.register(Trajectory)
+@sheet_of.register(TrajectoryTable)
+def _(value: Trajectory | TrajectoryTable) -> Sheet:
+    """Return the columns for a trajectory, with the joint names of its arm, or its own."""
     blocks = {name: getattr(value, name) for name in ("t", "s", *RATES)}
-    return Sheet("trajectory", blocks, RATES, value.path.arm.geometry.joint_names)
-
-
-@sheet_of.register
-def _(value: TrajectoryTable) -> Sheet:
-    """Return the columns for a trajectory without an arm, with its own joint names."""
-    blocks = {name: getattr(value, name) for name in ("t", "s", *RATES)}
-    return Sheet("trajectory", blocks, RATES, value.joint_names)
+    names = value.joint_names if isinstance(value, TrajectoryTable) else value.path.arm.geometry.joint_names
+    return Sheet("trajectory", blocks, RATES, names)
 
 
 # -- reading -----------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from .._arrays import JOINTS, Floats
+from .._arrays import JOINTS, Floats, unwrap_known
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm, check_arm
 from ..arm.skeleton import alike
@@ -20,7 +20,7 @@ from ..motion.joint_path import JointPath
 from ..motion.options import core_policy
 from ..motion.policies import Centre, Policy, Repulsion, Towards
 from ..timing.trajectory import Trajectory
-from .style import flat_axes, grid_axes, outer_legend
+from .style import flat_axes, grid_axes, outer_legend, shared_legend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -174,7 +174,7 @@ def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
         panel.set_xlabel("time (s)" if isinstance(first, Timed) else "path parameter s")
     if ax is None:
         panels[0].figure.suptitle(arm.name, fontsize=11)
-        _path_legend(panels)
+        shared_legend(panels, 5)
     return panels
 
 
@@ -225,8 +225,7 @@ def _arm_angle(motion: Shown, arm: Arm) -> Floats:
     solved = np.isfinite(motion.q).all(axis=1)
     psi = np.full(len(motion.q), np.nan)
     psi[solved] = arm.forward(motion.q[solved], on_error="nan")[1]
-    defined = np.isfinite(psi)
-    psi[defined] = np.unwrap(psi[defined])
+    unwrap_known(psi)
     return psi
 
 
@@ -242,14 +241,3 @@ def draw_limits(panel: Any, lower: float, upper: float) -> None:
         panel.axhspan(limit, limit + sign * 1e4, color=VERMILION, alpha=0.12, lw=0)
         low, high = min(low, limit - 0.08 * room), max(high, limit + 0.08 * room)
     panel.set_ylim(low, high)
-
-
-def _path_legend(panels: Any) -> None:
-    """Draw one legend for all panels, each label once."""
-    shown: dict[str, Any] = {}
-    for panel in panels:
-        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
-            shown.setdefault(label, handle)
-    if shown:
-        panels[0].figure.legend(shown.values(), shown.keys(), loc="outside lower center",
-                                ncols=min(len(shown), 5), frameon=False)  # fmt: skip

@@ -84,6 +84,17 @@ def angle_ticks(axis: Any, step: float = 90.0) -> None:
     axis.set_ticks(np.arange(-half, half + step / 2, step))
 
 
+def shared_legend(panels: Any, most: int) -> None:
+    """Draw one legend for all panels below them, each label once, in at most so many columns."""
+    shown: dict[str, Any] = {}
+    for panel in panels:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+            shown.setdefault(label, handle)
+    if shown:
+        panels[0].figure.legend(shown.values(), shown.keys(), loc="outside lower center",
+                                ncols=min(len(shown), most), frameon=False)  # fmt: skip
+
+
 def outer_legend(ax: Any, **options: Any) -> None:
     """Put the legend to the right of the axes, off the data."""
     ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0, frameon=False, **options)

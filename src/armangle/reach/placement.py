@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, as_floats, as_number, as_poses, frozen, shaped_if_empty
+from .._arrays import Floats, as_floats, as_number, frozen, many_poses, shaped_if_empty
 from .._core import LENGTH_LIMIT
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
@@ -175,29 +175,18 @@ def place(
             f"arm.base leans axis 1 by {np.degrees(lean):.3g} deg, wanted it upright or straight down: "
             "the yaw that place() chooses is a turn about a vertical axis 1"
         )
-    wanted = as_poses("poses", shaped_if_empty(poses, (4, 4)), arm._handle)
-    if wanted.ndim != 3:
-        raise InputError(f"poses has shape {wanted.shape}, wanted (n, 4, 4)")
+    wanted = many_poses("poses", shaped_if_empty(poses, (4, 4)), arm._handle, "(n, 4, 4)").copy()
     along, across = _line("x", x), _line("y", y)
     height = as_number("z", z, -LENGTH_LIMIT, LENGTH_LIMIT)
     weights = _weights(weight, len(wanted))
     at = np.empty((len(along) * len(across), 3))
     at[:, 0], at[:, 1], at[:, 2] = np.repeat(along, len(across)), np.tile(across, len(along)), height
     rows = np.empty((len(at), 3))
-    flat = np.ascontiguousarray(wanted)
     with progressing(as_progress(progress)):
-        arm._handle.place_many(flat, weights, at, arm.singularity_margin, rows, thread_count(0))
+        arm._handle.place_many(wanted, weights, at, arm.singularity_margin, rows, thread_count(0))
     yaw, stretch, reached = (frozen(np.ascontiguousarray(c).reshape(len(along), -1)) for c in rows.T)
     return Placement(
-        arm,
-        frozen(flat),
-        frozen(weights),
-        frozen(along),
-        frozen(across),
-        height,
-        reached,
-        yaw,
-        stretch,
+        arm, frozen(wanted), frozen(weights), frozen(along), frozen(across), height, reached, yaw, stretch
     )
 
 

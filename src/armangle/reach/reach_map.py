@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, PathLike, as_floats, as_number, as_poses
+from .._arrays import Floats, PathLike, as_floats, as_number, as_poses, as_whole
 from .._progress import Progress, as_progress
 from ..arm.arm import Arm, check_arm
 from ..arm.chain import unsupported
@@ -312,9 +312,7 @@ class ReachMap:
             If n or the seed is not an integer of 0 or more, n is too large, or no reachable pose is found.
         """
         for name, value in (("n", n), ("seed", seed)):
-            whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-            if not whole or value < 0:
-                raise InputError(f"{name} is {value!r:.50}, wanted an integer, 0 or more")
+            as_whole(name, value, 0, math.inf, "an integer, 0 or more")
         if n > _MOST_SAMPLES:
             raise InputError(f"n is {n}, wanted at most {_MOST_SAMPLES} at once: another seed draws more")
         out = np.empty((n, 4, 4))

@@ -22,9 +22,7 @@ from numpy.typing import NDArray
 from .._arrays import PathLike
 from .._core import ISA, __version__
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
 from ..errors import InputError, MissingExtraError, ModelError, OutputError, needed
-from ..models.description import ArmDescription, OffsetDescription
 from .grid import AXES, Grid
 
 FIELDS = {"gc": "u1", "freedom": "f2", "yaw": "u1", "roll": "u1", "proven": "u1"}
@@ -337,8 +335,7 @@ def _check_sum(arrays: Any) -> int:
 
 def _to_json(arm: Arm) -> dict[str, Any]:
     """Return the data of an arm that a map depends on, in words and numbers; infinities as text."""
-    kind = OffsetDescription if isinstance(arm, OffsetArm) else ArmDescription
-    names = [field.name for field in fields(kind) if field.name not in _LEFT_OUT]
+    names = [field.name for field in fields(arm._described) if field.name not in _LEFT_OUT]
     return {name: _plain(arm._number(name)) for name in names}
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._arrays import Floats, as_number, frozen
+from .._arrays import Floats, as_number, as_whole, frozen
 from .._threads import thread_count, threads
 from .._values import by_content
 from ..arm.arm import Arm
@@ -51,10 +51,7 @@ class Voxels:
 def voxels_of(arm: Arm, spacing: float, orientations: int) -> Voxels:
     """Return the voxels of an arm: `Arm.reachable` for each orientation at each position."""
     edge = as_number("spacing", spacing, _LEAST, _MOST)
-    whole = isinstance(orientations, (int, np.integer)) and not isinstance(orientations, bool)
-    if not whole or not 1 <= orientations <= _MOST_ORIENTATIONS:
-        wanted = f"an integer from 1 to {_MOST_ORIENTATIONS}"
-        raise InputError(f"orientations is {orientations!r:.50}, wanted {wanted}")
+    tried = as_whole("orientations", orientations, 1, _MOST_ORIENTATIONS)
     shoulder = (arm.base @ [0.0, 0.0, arm.geometry.d_bs, 1.0])[:3]
     radius = arm._handle.reduced_distances()[1] + float(
         np.linalg.norm(arm.tool[:3, 3] + [0.0, 0.0, arm.geometry.d_wf])
@@ -66,7 +63,7 @@ def voxels_of(arm: Arm, spacing: float, orientations: int) -> Voxels:
     line = edge * np.arange(-half, half + 1)
     around = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     places = shoulder + around[np.linalg.norm(around, axis=1) <= radius]
-    turned = pose(np.zeros(3), wxyz=even_orientations(int(orientations)))
+    turned = pose(np.zeros(3), wxyz=even_orientations(tried))
     share = np.empty(len(places))
     step = max(1, _AT_ONCE // len(turned))
     for first in range(0, len(places), step):
@@ -77,7 +74,7 @@ def voxels_of(arm: Arm, spacing: float, orientations: int) -> Voxels:
             held = arm.reachable(poses)
         share[first : first + step] = np.asarray(held).mean(axis=1)
     some_held = share > 0
-    return Voxels(frozen(places[some_held]), frozen(share[some_held]), edge, int(orientations))
+    return Voxels(frozen(places[some_held]), frozen(share[some_held]), edge, tried)
 
 
 def even_orientations(count: int) -> Floats:

@@ -55,19 +55,11 @@ class Rounded:
     """A cubic spline through configurations of a joint path: twice differentiable, without corners.
 
     Not to be confused with `Segments`, whose blends are poses: these are joints, so that a followed path can
-    be timed.
-
-    Parameters
-    ----------
-    motion : JointPath
-        The motion to be smoothed.
-    breaks : ndarray, shape (K,)
-        The s of its nodes, from 0 to 1.
-    inside : ndarray, shape (7,)
-        Distance inside the limits for all but the first and the last node, rad.
-    slopes : two ndarrays of shape (7,), or None
-        q' at the ends, as for `JointSpline`.
+    be timed. `breaks` (K,) are the s of its nodes, from 0 to 1; `inside` (7,) is the distance inside the
+    limits for all but the first and the last node, rad; `slopes` are q' at the ends, as for `JointSpline`.
     """
+
+    leads_the_tool = True
 
     def __init__(
         self, motion: Motion, breaks: Floats, inside: ArrayLike = 0.0, slopes: Slopes = (None, None)
@@ -97,11 +89,6 @@ class Rounded:
     def between(self) -> str:
         """The motion between rows, as `JointPath.between`."""
         return str(getattr(self._motion, "between", "tool"))
-
-    @property
-    def leads_the_tool(self) -> bool:
-        """Whether the joints determine the path of the end effector: True."""
-        return True
 
     def at(self, s: ArrayLike, /) -> Any:
         """Return a value with the field q, (..., 7) rad."""

@@ -21,6 +21,7 @@ from ...files.sheets import ending
 from ...files.tables import load_joints
 from ...models.axes import exceeds
 from ...models.catalogue import robot_toml
+from ...models.cover import Rod
 from ...models.detect import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from ...poses import COLUMNS, rows_from_poses
 from ...scenes.ready import LinkPair, link_pairs
@@ -336,9 +337,10 @@ def _said(pairs: list[LinkPair]) -> Iterator[str]:
 def _facts(frame: int, shape: Any) -> dict[str, Any]:
     """Return kind, frame, radius, length (m) and volume (m³) of a shape of the collision model."""
     capsule = isinstance(shape, Capsule)
-    length = float(np.linalg.norm(np.subtract(shape.end, shape.begin))) if capsule else 0.0
-    volume = np.pi * shape.radius**2 * (length + 4 / 3 * shape.radius)
+    ends = (shape.begin, shape.end) if capsule else (shape.center, shape.center)
+    begin, end = map(np.array, ends)
+    rod = Rod(begin, end, shape.radius)
     return {
         "link": frame, "name": shape.name, "kind": "capsule" if capsule else "ball",
-        "radius": shape.radius, "length": length, "volume": float(volume),
+        "radius": shape.radius, "length": rod.length, "volume": rod.volume,
     }  # fmt: skip
