@@ -171,34 +171,43 @@ def test_the_best_margin_moves_as_said(name: str) -> None:
     assert 0.1 < (off[:, 1] - off[:, 0] < 1e-9).mean() < 0.9
 
 
+def solution_moves(
+    arm: aa.Arm, q: np.ndarray, spread: float, prefer: Any, step: float, off: float, kinks: float
+) -> float:
+    """Check `gradients.solve` against differences of `step` for poses of joints q and seeds `spread` (rad)
+    off them, but for a share `kinks` of kinks. Return the share that has a derivative.
+    """
+    rng, asked = draw.generator(17, 42), {"weight": [1, 2, 3, 1, 0.5, 1, 2], "prefer": prefer}
+    pose = arm.forward(q)[0]
+    seed, turn = q + spread * rng.normal(size=q.shape), rng.normal(size=q.shape)
+    twist = rng.normal(size=(len(q), 6))
+    slopes = aa.gradients.solve(arm, pose, seed, **asked)
+    assert slopes.shape == (len(q), 7, 13)
+    said = (slopes @ np.concatenate([twist, turn], axis=-1)[..., None])[..., 0]
+    ahead, behind = (arm.solve(moved(pose, way * twist), seed + way * turn, **asked) for way in (step, -step))
+    difference = (ahead.q - behind.q) / (2 * step)
+    held = np.abs(difference).max(axis=-1) < 30  # neither a jump nor beside a singularity
+    known = held & np.isfinite(said).all(axis=-1)
+    wrong = np.abs(said - difference)[known].max(axis=-1) > off * (1 + np.abs(difference[known]).max(-1))
+    assert wrong.mean() < kinks  # a step may cross a kink
+    # the joints keep the pose, and follow its twist
+    columns, found = slopes[known], arm.solve(pose[known], seed[known], **asked)
+    kept, size = arm.jacobian(found.q) @ columns, np.abs(columns).max()
+    assert np.abs(kept[..., :6] - np.eye(6)).max() < 1e-9 * size
+    assert np.abs(kept[..., 6:]).max() < 1e-9 * size
+    assert prefer == "seed" or not columns[..., 6:].any()
+    assert known.sum() > 20
+    return float(known.sum() / held.sum())
+
+
 @pytest.mark.parametrize(("prefer", "step", "off"), [("seed", 1e-6, 1e-5), ("margin", 1e-4, 1e-2)])
 @pytest.mark.parametrize("name", NAMES[:4])
 def test_the_solution_moves_as_said(name: str, prefer: Any, step: float, off: float) -> None:
     """`gradients.solve` equals differences of the solution for pose and seed, but for a few kinks."""
     free, q = postures(name, 150, 17, 41)
-    rng, asked = draw.generator(17, 42), {"weight": [1, 2, 3, 1, 0.5, 1, 2], "prefer": prefer}
-    pose = free.forward(q)[0]
-    seed, turn = q + rng.normal(size=q.shape), rng.normal(size=q.shape)
-    twist = rng.normal(size=(len(q), 6))
     for arm in (free, free.with_(singularity_margin=0.3)):
-        slopes = aa.gradients.solve(arm, pose, seed, **asked)
-        assert slopes.shape == (len(q), 7, 13)
-        said = (slopes @ np.concatenate([twist, turn], axis=-1)[..., None])[..., 0]
-        ahead, behind = (
-            arm.solve(moved(pose, way * twist), seed + way * turn, **asked) for way in (step, -step)
-        )
-        difference = (ahead.q - behind.q) / (2 * step)
-        held = np.abs(difference).max(axis=-1) < 30  # neither a jump nor beside a singularity
-        known = held & np.isfinite(said).all(axis=-1)
-        assert known.sum() > 0.5 * held.sum() and (prefer == "margin" or known.sum() > 0.98 * held.sum())
-        wrong = np.abs(said - difference)[known].max(axis=-1) > off * (1 + np.abs(difference[known]).max(-1))
-        assert wrong.mean() < 0.03  # a step may cross a kink
-        # the joints keep the pose, and follow its twist
-        columns, found = slopes[known], arm.solve(pose[known], seed[known], **asked)
-        kept, size = arm.jacobian(found.q) @ columns, np.abs(columns).max()
-        assert np.abs(kept[..., :6] - np.eye(6)).max() < 1e-9 * size
-        assert np.abs(kept[..., 6:]).max() < 1e-9 * size
-        assert prefer == "seed" or not columns[..., 6:].any()
+        known = solution_moves(arm, q, 1.0, prefer, step, off, 0.03)
+        assert known > (0.98 if prefer == "seed" else 0.5)
 
 
 def test_a_solution_without_a_derivative_has_none() -> None:
@@ -349,24 +358,9 @@ def test_joints_follow_pose_and_free_joint(name: str) -> None:
 @pytest.mark.parametrize("name", OFFSET + OWN)
 def test_its_solution_moves_as_said(name: str, prefer: Any, step: float, off: float, kinks: float) -> None:
     """`gradients.solve` of an offset arm equals differences, but for a few kinks."""
-    arm, rng = mounted(name), draw.generator(17, 52)
-    q = regular(arm, rng, 40)
-    pose, asked = arm.forward(q)[0], {"weight": [1, 2, 3, 1, 0.5, 1, 2], "prefer": prefer}
-    seed, turn = q + 0.3 * rng.normal(size=q.shape), rng.normal(size=q.shape)
-    twist = rng.normal(size=(len(q), 6))
-    slopes = aa.gradients.solve(arm, pose, seed, **asked)
-    said = (slopes @ np.concatenate([twist, turn], axis=-1)[..., None])[..., 0]
-    ahead, behind = (arm.solve(moved(pose, way * twist), seed + way * turn, **asked) for way in (step, -step))
-    difference = (ahead.q - behind.q) / (2 * step)
-    held = np.abs(difference).max(axis=-1) < 30
-    known = held & np.isfinite(said).all(axis=-1)
-    assert known.sum() > 20 and known.sum() > (0.8 if prefer == "seed" else 0.5) * held.sum()
-    wrong = np.abs(said - difference)[known].max(axis=-1) > off * (1 + np.abs(difference[known]).max(-1))
-    assert wrong.mean() < kinks
-    columns, found = slopes[known], arm.solve(pose[known], seed[known], **asked)
-    kept, size = arm.jacobian(found.q) @ columns, np.abs(columns).max()
-    assert np.abs(kept[..., :6] - np.eye(6)).max() < 1e-9 * size and np.abs(kept[..., 6:]).max() < 1e-9 * size
-    assert prefer == "seed" or not columns[..., 6:].any()
+    arm = mounted(name)
+    known = solution_moves(arm, regular(arm, draw.generator(17, 52), 40), 0.3, prefer, step, off, kinks)
+    assert known > (0.8 if prefer == "seed" else 0.5)
 
 
 @pytest.mark.parametrize("name", OFFSET)

@@ -107,12 +107,25 @@ def test_out_of_reach_every_question_says_so(arm: aa.Arm) -> None:
     assert not found.ok and found.gc == -1 and np.isnan(found.q).all()
     assert found.status is arm.feasible(pose, 0).status is arm.freedom(pose).status is aa.Status.UNREACHABLE
     assert (arm.feasible(pose).status == aa.Status.UNREACHABLE).all()
+    none = arm.solutions(pose[None])
+    assert none.count == [0] and none.status == [aa.Status.UNREACHABLE]
     with pytest.raises(aa.UnreachableError, match=r"out of reach.* arm\.explain\(pose\) says"):
         found.raise_for_status()
     assert "out of reach" in arm.explain(pose).explain()
     with pytest.raises(aa.UnreachableError, match="out of reach"):
         arm.inverse(pose, 0.0, 0, limits=False)
     assert np.isnan(arm.inverse(pose, 0.0, 0, on_error="nan", limits=False)).all()
+
+
+@of(ARMS)
+def test_no_poses_are_answered(arm: aa.Arm) -> None:
+    """Functions take no poses and no joints."""
+    none = np.empty((0, 4, 4))
+    assert arm.forward(np.empty((0, 7)))[0].shape == (0, 4, 4)
+    assert arm.feasible(none, np.empty(0, dtype=int)).shape == (0,)
+    assert arm.solve(none, seed=np.zeros(7)).q.shape == (0, 7)
+    assert arm.solve(np.empty((3, 0, 4, 4)), prefer="margin").psi.shape == (3, 0)
+    assert arm.solutions(none, seed=np.zeros(7)).q.shape == (0, 0, 7)
 
 
 @of(ARMS)
@@ -371,6 +384,8 @@ def test_no_solution_of_a_grid_costs_less_than_that_of_solve(arm: aa.Arm, metric
     every = cost(
         metric, arm, grid_of(arm, pose, seed, np.linspace(-np.pi, np.pi, 1501)), seed[:, None, None], weight
     )
+    if metric == "margin":  # what is sought without a seed
+        assert np.array_equal(arm.solve(pose).q, found.q) and np.isnan(found.distance).all()
     known = np.minimum(every.min(axis=(1, 2)), cost(metric, arm, q, seed, weight))
     assert (own <= known + 1e-9)[proven].all()
 
@@ -387,6 +402,8 @@ def test_what_is_allowed_is_kept_and_nothing_of_it_is_nearer(arm: aa.Arm) -> Non
         allowed = aa.ArcSet([(psi[i] - 0.2, psi[i] + 0.1), (psi[i] + 1.0, psi[i] + 1.5)])
         found = arm.solve(pose[i], seed[i], allowed=allowed)
         assert found.ok and (found.psi in allowed)
+        by_function = arm.solve(pose[i], seed[i], allowed=lambda _, allowed=allowed: allowed)
+        assert np.array_equal(by_function.q, found.q)
         grid = np.linspace(-np.pi, np.pi, 3001)
         grid = grid[allowed.contains(grid)]
         every = cost("l2", arm, grid_of(arm, pose[i : i + 1], seed[i : i + 1], grid)[0], seed[i], np.ones(7))
@@ -417,7 +434,10 @@ def test_there_is_one_solution_for_each_branch_and_interval_the_best_first(arm: 
     np.testing.assert_array_equal(sols.count[proven], arcs.count.sum(axis=-1)[proven])
     if arm.geometry.chain is None:
         np.testing.assert_array_equal(sols.q[:, 0], first.q)
+    with pytest.raises(TypeError, match="solutions of one pose"):
+        len(sols)
     for i in np.flatnonzero(proven):
+        assert np.isnan(sols.q[i, sols.count[i] :]).all() and (sols.gc[i, sols.count[i] :] == -1).all()
         many = arm.solutions(pose[i], seed[i], prefer=prefer)
         rank = [-one.margin if prefer == "margin" else one.distance for one in many]
         assert len(many) == sols.count[i] and (np.diff(rank) >= -1e-9).all()

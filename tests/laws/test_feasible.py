@@ -139,18 +139,6 @@ def test_the_singularity_margin_keeps_the_bends(margin: float) -> None:
             assert (arcs.status[sines[:, 0, 1] < np.sin(margin) - 1e-9] == aa.Status.ELBOW_MARGIN).all()
 
 
-def test_the_ends_of_a_margin_say_singular() -> None:
-    """Ends of `feasible` that a singularity margin makes have the side "singular" and the joint."""
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    pose, _, gc = arm.forward(np.radians([10, 3, 20, 70, 90, 60, 10.0]))
-    margin = 0.08
-    kept = unlimited(arm).with_(singularity_margin=margin)
-    ends = [end for pair in kept.feasible(pose, gc).ends for end in pair]
-    assert {end.side for end in ends} == {"singular"}
-    assert 2 in {end.joint for end in ends}
-    assert gap([end.value for end in ends if end.joint == 2], margin) <= JOINT
-
-
 def avoiding(arm: aa.Arm, pose: Array, gc: int, width: float, discriminant: float = 1e-3) -> aa.ArcSet:
     """The arcs that the paper's avoidance of singularities leaves: without `width` (rad) on each side of the
     psi of Eq. (31) of joints whose discriminant in Eq. (30) is at most `discriminant` in size.
@@ -199,16 +187,6 @@ def test_the_statuses_of_empty_arcs() -> None:
     assert arm.feasible(pose, gc).status is aa.Status.OK
     each = elbow.feasible(pose, gc, per_joint=True)
     assert [aa.Status(code).name for code in each.status] == [*3 * ["OK"], "ELBOW_LIMIT", *3 * ["OK"]]
-
-
-def test_the_arcs_of_all_joints_are_the_intersection_of_each() -> None:
-    for case in cases(seed=7, count=60):
-        each = case.arm.feasible(case.pose, case.gc, per_joint=True)
-        together = each[:, 0]
-        for j in range(1, 7):
-            together = together & each[:, j]
-        whole = case.arm.feasible(case.pose, case.gc)
-        assert np.abs(together.measure - whole.measure).max() <= 2e-8
 
 
 def test_batches_and_threads_are_their_elements() -> None:

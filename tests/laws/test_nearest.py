@@ -359,59 +359,6 @@ def test_of_postures_as_near_it_is_always_the_same(what: str, least: int) -> Non
     assert ties >= least
 
 
-def test_branches_and_arcs_that_are_not_allowed_are_not_used() -> None:
-    """`solve` keeps gc (one or several), allowed= (arcs or a function) and the singularity margin."""
-    pose = IIWA.forward(Q)[0]
-    for gc in range(8):
-        found = IIWA.solve(pose, seed=Q, gc=gc)
-        assert found.gc == gc if found.ok else IIWA.feasible(pose, gc).is_empty
-    pair = IIWA.solve(pose, seed=Q, gc=[1, 7])
-    assert pair.distance == min(IIWA.solve(pose, seed=Q, gc=gc).distance for gc in (1, 7))
-    window = aa.ArcSet([[0.5, 0.6]])
-    inside = IIWA.solve(pose, seed=Q, allowed=window)
-    assert inside.psi in window and inside.distance > 0
-    by_function = IIWA.solve(pose, seed=Q, allowed=lambda _: window)
-    assert np.array_equal(inside.q, by_function.q)
-    assert IIWA.solve(pose, seed=Q, allowed=aa.ArcSet([])).status == aa.Status.NOT_ALLOWED
-    margin = IIWA.with_(singularity_margin=0.3).solve(pose, seed=np.zeros(7))
-    assert np.abs(np.sin(margin.q[[1, 5]])).min() >= np.sin(0.3) - 1e-9
-
-
-def test_solutions_are_one_for_each_branch_and_arc() -> None:
-    """`solutions` has one for each arc of each branch, sorted; a batch is padded with NaN and -1."""
-    pose = IIWA.forward(Q)[0]
-    found = IIWA.solutions(pose, seed=Q)
-    arcs = IIWA.feasible(pose)
-    assert len(found) == found.count == arcs.count.sum()
-    distances = [one.distance for one in found]
-    assert distances == sorted(distances)
-    for gc in range(8):
-        here = [one.psi for one in found if one.gc == gc]
-        intervals = arcs[gc].intervals
-        assert sorted(
-            sum(lo - 1e-9 <= p + t <= up + 1e-9 for p in here for t in (0, 2 * np.pi)) for lo, up in intervals
-        ) == [1] * len(intervals)
-    nearest = IIWA.solve(pose, seed=Q)
-    assert np.abs(found[0].q - nearest.q).max() <= 1e-12 and found[0].gc == nearest.gc
-    batch = IIWA.solutions(np.stack([pose, pose + np.eye(4, k=3) * 3]), seed=Q)
-    assert batch.count.tolist() == [len(found), 0] and batch.q.shape == (2, len(found), 7)
-    assert np.isnan(batch.q[1]).all() and (batch.gc[1] == -1).all()
-    assert batch.status.tolist() == [aa.Status.OK, aa.Status.UNREACHABLE]
-    with pytest.raises(TypeError, match="solutions of one pose"):
-        len(batch)
-
-
-def test_best_keeps_the_largest_margin() -> None:
-    """`solve(prefer="margin")`, also without a seed, has at least the margin of known joints."""
-    q = postures(IIWA, "uniform", 100)
-    pose = IIWA.forward(q)[0]
-    best = IIWA.solve(pose, prefer="margin")
-    assert (best.margin >= IIWA.limit_margin(q) - 1e-12).all()
-    same = IIWA.solve(pose, seed=q, prefer="margin")
-    assert np.array_equal(best.q, same.q) and np.isnan(best.distance).all()
-    assert np.array_equal(IIWA.solve(pose).q, best.q)
-
-
 def test_joints_without_limits_do_not_count_for_the_margin() -> None:
     """The margin of an arm without limits is infinite."""
     free = unlimited(IIWA)
@@ -611,11 +558,6 @@ def test_no_posture_says_why() -> None:
     pose = IIWA.forward(Q)[0]
     far = pose.copy()
     far[0, 3] += 3
-    out_of_reach = IIWA.solve(far, seed=Q)
-    assert out_of_reach.status == aa.Status.UNREACHABLE and not out_of_reach.ok
-    assert np.isnan(out_of_reach.q).all() and out_of_reach.gc == -1
-    with pytest.raises(aa.UnreachableError, match="out of reach"):
-        out_of_reach.raise_for_status()
     narrow = IIWA.with_(lower=Q + 0.1, upper=Q + 0.2).solve(pose, seed=Q)
     assert narrow.status in (aa.Status.LIMITS, aa.Status.ELBOW_LIMIT)
     with pytest.raises(aa.NoSolutionError, match="limits") as refusal:
@@ -653,14 +595,6 @@ def test_a_row_of_a_batch_is_what_one_pose_gives() -> None:
             aa.InputError, match=r"index is .*, wanted that of one pose of a batch of shape \(2, 3\)"
         ):
             batch.row(bad)  # type: ignore[arg-type]  # wrong on purpose
-
-
-def test_empty_batches_are_answered() -> None:
-    """`solve` and `solutions` of no poses have the right shapes."""
-    none = np.empty((0, 4, 4))
-    assert IIWA.solve(none, seed=Q).q.shape == (0, 7)
-    assert IIWA.solutions(none, seed=Q).q.shape == (0, 0, 7)
-    assert IIWA.solve(np.empty((3, 0, 4, 4)), prefer="margin").psi.shape == (3, 0)
 
 
 @pytest.mark.parametrize("room", [3e-5, 1e-9, 0.0])

@@ -257,14 +257,6 @@ def test_bad_numbers_are_refused() -> None:
         aa.Arm.from_catalogue("franka")
 
 
-def test_empty_batches() -> None:
-    """Functions of an offset arm take no poses."""
-    arm, none = OFFSETS[0], np.empty((0, 4, 4))
-    assert arm.solve(none).q.shape == (0, 7)
-    assert arm.feasible(none, np.empty(0, dtype=int)).shape == (0,)
-    assert arm.forward(np.empty((0, 7)))[0].shape == (0, 4, 4)
-
-
 @pytest.mark.parametrize("name", CATALOGUE)
 @pytest.mark.parametrize("what", ["shoulder on axis 5", "joints 1 and 3 on one axis"])
 def test_where_two_joints_turn_about_one_axis_the_seed_decides(name: str, what: str) -> None:

@@ -92,31 +92,6 @@ def test_what_is_ok_keeps_the_bounds(arm: aa.Arm, regime: str) -> None:
     assert done or regime in ("on_limit", "folded", "singular", "near_singular", "at_reach")
 
 
-@pytest.mark.turns(2)
-@each_arm
-def test_what_can_keep_the_bounds_is_found(arm: aa.Arm) -> None:
-    """A move within the bounds shows that they can be kept: the step is then never refused."""
-    rng = np.random.default_rng(5)
-    tried = 0
-    for q in postures(arm, "uniform", 60):
-        dt, now = 0.01, rng.uniform(-0.5, 0.5, 7)
-        hardest = rng.uniform(2, 20, 7)
-        velocity = np.clip(now + rng.uniform(-0.95, 0.95, 7) * hardest * dt, -1.45, 1.45)
-        witness = q + velocity * dt
-        same_side = arm.forward(q, on_error="nan")[2] == arm.forward(witness, on_error="nan")[2]
-        inside = bool(arm.within_limits(witness, tol=-1e-6))
-        if not (same_side and inside and brakes(arm, witness, velocity, 0.95 * hardest, dt)):
-            continue
-        tried += 1
-        pose = arm.forward(witness, on_error="nan")[0]
-        found = aa.step(
-            arm, q, pose, dt=dt, velocity=SPEED, acceleration=hardest, velocity_now=now,
-            policy=aa.Repulsion(K=1.0),
-        )  # fmt: skip
-        assert found.status == aa.Status.OK
-    assert tried > 8
-
-
 def test_the_nearest_arm_angle_to_the_wish_is_taken() -> None:
     """Of the arm angles within the velocity bounds `step` takes the one nearest to the policy's."""
     rng = np.random.default_rng(7)

@@ -62,23 +62,6 @@ def test_without_deviation_it_is_the_exact_step(name: str) -> None:
     assert compared >= 6
 
 
-def test_a_wish_too_far_is_shortened_and_a_pose_too_far_is_a_jump() -> None:
-    """A calibrated arm steps part of the way to a psi 1 rad away. A pose 0.22 m away is JOINT_JUMP, one out
-    of reach UNREACHABLE, and allowed arcs without a feasible psi are NOT_ALLOWED.
-    """
-    arm, q = ARMS["kuka_iiwa7_r800 1.0 mm"], Q
-    pose, psi, gc = arm.forward(q)
-    far = aa.step(arm, q, pose, policy=aa.Towards(psi=float(psi) + 1.0, K=1.0))
-    assert far.status == aa.Status.OK
-    assert 0.15 < np.abs(far.q - q).max() <= 0.2 and far.psi > psi + 0.05
-    there = moved(pose, [0.0, 0.2, 0.1])
-    assert aa.step(arm, q, there).status == aa.Status.JOINT_JUMP
-    there[:3, 3] += 2.0
-    assert aa.step(arm, q, there).status == aa.Status.UNREACHABLE
-    none = aa.ArcSet([[psi + 1.0, psi + 1.1]]) & ~arm.feasible(pose, gc)
-    assert aa.step(arm, q, pose, allowed=none).status == aa.Status.NOT_ALLOWED
-
-
 def crossing(arm: aa.Arm, joint: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Two joint configurations well within the limits on both sides of `joint` = singular, at most 0.15 rad
     apart.

@@ -9,28 +9,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.calibrated import ARMS as CALIBRATED
-from support.calibrated import calibrated
+from support.calibrated import ARMS as CALIBRATIONS
+from support.families import CALIBRATED, EXACT, OFFSET, OFFSET_CHAIN, of
 from support.moves import in_a_loop, moved
+from support.strategies import arms
 
 import armangle as aa
 
-MIRRORED = aa.Arm(
-    a_1=0.117, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, a_3=0.03, a_4=-0.02, signs=[1, -1, 1, 1, -1, 1, 1],
-    offsets=[0.3] * 7, lower=[-2.6] * 7, upper=[2.6] * 7, tool=aa.pose([0.0, 0.1, 0.2], rpy=[0.3, -0.2, 0.1]),
-    name="offset shoulder, elbow offsets",
-)  # fmt: skip
-OFFSET = [aa.Arm.from_catalogue(name) for name in ("franka_fr3", "ufactory_xarm7", "willow_garage_pr2_right")]
-OFFSET.append(MIRRORED)
-CHAIN = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
-OFFSET_CHAIN = [calibrated("franka_fr3", 1.0, 1.0), calibrated("fetch", 1.0, 1.0)]
-ARMS = [aa.Arm.from_catalogue("kuka_iiwa7_r800"), CHAIN, *OFFSET, *OFFSET_CHAIN]
 POLICIES: Any = (aa.Repulsion(), aa.Hold(), aa.Centre(K=0.3))
+FOLLOWED = [*EXACT[:1], *CALIBRATED, *OFFSET, *OFFSET_CHAIN]
 DT = 0.01
+EVERY = of(FOLLOWED)
+MORE = of(FOLLOWED, list(CALIBRATIONS.values()))
 BEYOND = (aa.Status.UNREACHABLE, aa.Status.FOLDED, aa.Status.ELBOW_LIMIT, aa.Status.LIMITS)
 NAMED = (aa.Status.PARTIAL, aa.Status.LIMITS, aa.Status.NEAR_SINGULAR, aa.Status.NO_CONVERGENCE)
-EVERY = pytest.mark.parametrize("arm", ARMS, ids=lambda arm: f"{arm.name} {arm.kind}")
-MORE = pytest.mark.parametrize("arm", [*ARMS, *CALIBRATED.values()], ids=lambda arm: f"{arm.name} {arm.kind}")
 
 
 def within(arm: aa.Arm, rng: np.random.Generator, share: float = 0.9) -> Any:
@@ -80,7 +72,8 @@ def test_a_walk_under_bounds_keeps_them_and_is_ok_only_on_its_pose(arm: aa.Arm) 
     assert arrived > 5 and partly > 10
 
 
-@EVERY
+@pytest.mark.turns(2)
+@of(OFFSET, CALIBRATED, OFFSET_CHAIN, list(arms()))
 def test_a_move_within_the_bounds_shows_that_a_step_exists(arm: aa.Arm) -> None:
     """If some joints within the bounds hold the pose, the bounded step is OK."""
     rng, tried = np.random.default_rng(2), 0
@@ -146,14 +139,55 @@ def test_a_target_aside_is_come_to_and_rested_on(arm: aa.Arm, acceleration: floa
     "bounds", [{}, {"velocity": 1.0, "acceleration": 8.0, "dt": DT}], ids=["free", "bounded"]
 )
 def test_follow_is_a_loop_of_steps(arm: aa.Arm, bounds: dict[str, Any]) -> None:
+    """`follow` is `step` in a loop, and rows that are OK hold pose and limits in steps below 0.2 rad."""
     rng = np.random.default_rng(5)
     q = within(arm, rng, 0.6)
     shifts = np.cumsum(rng.normal(scale=1e-3, size=(25, 3)), axis=0)
     poses = np.array([moved(arm.forward(q)[0], shift) for shift in shifts])
     done = in_a_loop(arm, poses, q, "hold", **bounds)
     ok = done.status == aa.Status.OK
-    assert np.abs(arm.forward(done.q[ok], on_error="nan")[0] - poses[ok]).max(initial=0) < 1e-9
+    assert np.abs(arm.forward(done.q[ok], on_error="nan")[0] - poses[ok]).max(initial=0) < 1e-10
+    assert arm.within_limits(done.q).all() and np.abs(np.diff(done.q, axis=0)).max() <= 0.2 + 1e-12
     assert ok.any() or bounds
+
+
+@EVERY
+def test_on_any_status_but_ok_nothing_moves(arm: aa.Arm) -> None:
+    """A step out of reach, too far or without an allowed psi says so, and returns the given joints."""
+    q = within(arm, np.random.default_rng(8), 0.5)
+    pose, psi, gc = arm.forward(q)
+    far, leap = moved(pose, [5.0, 0.0, 0.0]), arm.forward(q + 0.6)[0]
+    none = aa.ArcSet([[psi + 1.0, psi + 1.1]]) & ~arm.feasible(pose, gc)
+    nowhere, too_far = {aa.Status.UNREACHABLE}, {aa.Status.JOINT_JUMP, aa.Status.LIMITS}
+    for target, allowed, why in (
+        (far, None, nowhere), (leap, None, too_far), (pose, none, {aa.Status.NOT_ALLOWED}),
+    ):  # fmt: skip
+        now = aa.step(arm, q, target, allowed=allowed)
+        assert now.status in why and now.why is now.status and np.array_equal(now.q, q)
+        assert (now.psi, now.gc, now.margin) == (psi, gc, arm.limit_margin(q))
+    path = aa.follow(arm, np.stack([pose, far]), start=q)
+    assert not path.ok and path.first_failure == 1 and "out of reach" in path.explain()
+    assert aa.follow(arm, np.empty((0, 4, 4)), start=q).q.shape == (0, 7)
+
+
+@EVERY
+def test_a_wish_for_psi_is_met_within_what_is_allowed(arm: aa.Arm) -> None:
+    """Steps with Towards(psi) bring psi to the wish, or to the end of `allowed` before it, and keep the
+    pose; a wish too far for one step is shortened.
+    """
+    q = within(arm, np.random.default_rng(9), 0.3)
+    pose, psi, gc = arm.forward(q)
+    low, high = next((a, b) for a, b in arm.feasible(pose, gc) if 0 <= (psi - a) % (2 * np.pi) <= b - a)
+    room = (psi - low) % (2 * np.pi), high - low - (psi - low) % (2 * np.pi)
+    wish = float(psi + (min(0.4, 0.8 * room[1]) if room[1] > room[0] else -min(0.4, 0.8 * room[0])))
+    half = aa.ArcSet([sorted((float(psi), float(0.5 * (psi + wish))))])
+    for allowed, there in ((None, wish), (half, 0.5 * (psi + wish))):
+        here = q
+        for _ in range(60):
+            now = aa.step(arm, here, pose, policy=aa.Towards(psi=wish, K=0.3), allowed=allowed)
+            assert now.ok and on_pose(arm, now.q, pose) and np.abs(now.q - here).max() <= 0.2
+            here = now.q
+        assert abs(np.angle(np.exp(1j * (now.psi - there)))) < 1e-6
 
 
 @pytest.mark.turns(8)
@@ -242,8 +276,8 @@ def narrow(arm: aa.Arm, rng: np.random.Generator, q: Any) -> aa.Arm:
 @EVERY
 def test_lookahead_saves_many_and_harms_none(arm: aa.Arm) -> None:
     """`follow` with lookahead keeps poses, limits and steps, and reaches at least as many rows as without."""
-    saved, window = 0, 12 if arm is CHAIN else 30
-    for seed in range(24 if arm is CHAIN else 16):
+    saved, window = 0, 12 if arm in CALIBRATED else 30
+    for seed in range(24 if arm in CALIBRATED else 16):
         rng = np.random.default_rng(seed)
         q = within(arm, rng, 0.6)
         tight = narrow(arm, rng, q)

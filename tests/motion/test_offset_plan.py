@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -67,81 +66,6 @@ def test_what_is_certified_holds_between_the_rows(name: str) -> None:
 
 
 @pytest.mark.turns(2)
-@pytest.mark.parametrize("name", EVERY)
-def test_its_derivatives_are_differences_and_do_not_leap(name: str) -> None:
-    """A plan's derivatives equal finite differences, and the first two are continuous at its knots."""
-    path, h = planned(name)[0], 1e-6
-    s = np.linspace(0.01, 0.99, 97)
-    exact = path.derivatives(s)
-    first = (path.at(s + h).q - path.at(s - h).q) / (2 * h)
-    second = (path.derivatives(s + h)[:, 0] - path.derivatives(s - h)[:, 0]) / (2 * h)
-    np.testing.assert_allclose(exact[:, 0], first, rtol=1e-6, atol=1e-6)
-    np.testing.assert_allclose(exact[:, 1], second, rtol=1e-3, atol=1e-2)
-    assert path.curve is not None
-    knots = path.curve.knots[1:-1]
-    before, behind = path.derivatives(knots - 1e-9)[:, :2], path.derivatives(knots)[:, :2]
-    np.testing.assert_allclose(before, behind, rtol=0, atol=1e-5 * np.abs(path.derivatives(s)).max())
-
-
-def test_it_begins_at_the_start_ends_at_the_goal_and_goes_on_from_there() -> None:
-    """A plan keeps `start` and `goal` exactly, and the next one begins at its last row."""
-    path = turned()
-    assert path.certified
-    np.testing.assert_allclose(path.q[0], READY, rtol=0, atol=1e-12)
-    back = aa.plan(ARM, path.poses[::-1], start=path.q[-1], goal=READY)
-    assert back.certified
-    np.testing.assert_allclose(back.q[[0, -1]], [path.q[-1], READY], rtol=0, atol=1e-9)
-
-
-def test_a_start_on_a_limit_is_left() -> None:
-    """A plan may start on a limit, and keeps it."""
-    lower = np.array(ARM.lower)
-    lower[6] = READY[6]
-    path = aa.plan(ARM.with_(lower=lower), turned().poses, start=READY)
-    assert path.certified and path.q[:, 6].min() >= READY[6] - 1e-9
-
-
-def test_a_margin_is_kept_and_the_branch_that_is_asked() -> None:
-    """A plan keeps `limit_margin` and `gc`."""
-    poses = turned().poses
-    for gc in (6, 7):
-        path = aa.plan(ARM, poses, gc=gc, limit_margin=0.3)
-        assert path.certified and (path.gc == gc).all()
-        assert ARM.limit_margin(path.at(PLACES[::20]).q).min() >= 0.3 - 1e-9
-
-
-def test_a_wish_for_the_free_joint_is_met_as_it_is_weighed() -> None:
-    """The more Objective(psi) weighs, the nearer a plan comes to the wished value of the free joint."""
-    poses, wished = turned().poses, 0.2
-    off = []
-    for weight in (0.0, 1.0, 100.0, 10_000.0):
-        path = aa.plan(ARM, poses, psi=wished, gc=7, objective=aa.Objective(psi=weight))
-        assert path.certified
-        off.append(np.square(path.at(EVEN).q[:, 6] - wished).mean())
-    assert off[0] > off[1] > off[2] > off[3] and off[3] < 1e-4
-
-
-@pytest.mark.turns(4)
-@pytest.mark.parametrize("name", ARMS)
-def test_more_weight_brings_the_elbow_nearer_to_where_it_is_wished(name: str) -> None:
-    """The more Objective(psi) weighs, the nearer a plan comes to the elbow that Towards asks for."""
-    shares = []
-    for path in planned(name)[:3]:
-        arm, gc, here = path.arm, int(path.gc[0]), path.at(EVEN)
-        for wish in ({"direction": "up"}, {"point": arm.elbow(path.q[0]) + np.array([0.0, 0.1, 0.0])}):
-            wished = arm.psi_towards(here.pose, gc, **wish)
-            off = []
-            for weight in (0.0, 1.0, 100.0):
-                asked = aa.Objective(psi=weight)
-                found = aa.plan(arm, path.path, gc=gc, psi=aa.Towards(**wish), objective=asked)
-                assert found.certified
-                off.append(float((2 - 2 * np.cos(found.at(EVEN).psi - wished)).mean()))
-            assert off[0] >= off[1] >= off[2]
-            shares.append(off[2] / off[0])
-    assert min(shares) < 0.2
-
-
-@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_only_allowed_values_of_the_free_joint_are_used(name: str) -> None:
     """Plans use only `allowed` values of the free joint (if it is a function, at their rows), or say that the
@@ -200,28 +124,6 @@ def test_joints_travel_less_than_where_the_free_joint_is_held() -> None:
     assert way(travel) < 0.99 * way(held)
 
 
-def test_it_is_timed_saved_and_blended(tmp_path: Path) -> None:
-    """A plan can be retimed within its acceleration, saved and loaded, and its corners rounded."""
-    path = turned()
-    timed = aa.retime(path, acceleration=5.0)
-    assert (np.abs(timed.qdd) <= 5.0 * (1 + 1e-6)).all() and timed.duration > 0.1
-    aa.io.save(path, tmp_path / "joints.npz")
-    np.testing.assert_array_equal(aa.io.load_joints(tmp_path / "joints.npz").q, path.q)
-    corner = path.poses[[0, 15, 29]].copy()
-    corner[1, :3, 3] += 0.02
-    rounded = aa.plan(ARM, corner, blend=0.02, start=READY)
-    assert rounded.certified and 0 < rounded.deviation.position < 0.02
-    assert np.abs(np.diff(rounded.q, axis=0)).max() <= 0.2
-
-
-def test_no_pose_and_one_pose() -> None:
-    """`plan` takes one pose and none."""
-    one = aa.plan(ARM, turned().poses[:1], start=READY)
-    assert one.certified and len(one) == 1
-    np.testing.assert_allclose(one.q[0], READY, rtol=0, atol=1e-9)
-    assert aa.plan(ARM, np.empty((0, 4, 4))).ok
-
-
 def test_where_there_is_no_way_it_says_which_limit_would_have_to_move() -> None:
     """The diagnosis names joint 4 as blocking, and by how much its limit must be wider."""
     poses = turned().poses
@@ -253,23 +155,6 @@ def test_out_of_reach_it_says_how_far() -> None:
     assert 0 < branch.reached < branch.s_from < 1
     solved = path.status == aa.Status.OK
     assert 0 < solved.sum() < 30 and ARM.within_limits(path.q[solved]).all()
-
-
-def test_ends_that_are_none_of_the_path_are_refused() -> None:
-    """A start or goal of another pose raises; one beyond limits or in another branch fails, and `explain`
-    says so.
-    """
-    poses = turned().poses
-    with pytest.raises(aa.InputError, match="start belongs to another pose"):
-        aa.plan(ARM, poses, start=np.add(READY, 0.2))
-    with pytest.raises(aa.InputError, match="goal belongs to another pose"):
-        aa.plan(ARM, poses, goal=READY)
-    upper = np.array(ARM.upper)
-    upper[0] = 0.05
-    path = aa.plan(ARM.with_(upper=upper), poses, start=READY)
-    assert not path.ok and "beyond the upper one of joint 1" in path.explain()
-    other = aa.plan(ARM, poses, start=READY, gc=6)
-    assert not other.ok and "another global configuration" in other.explain()
 
 
 BONES = aa.Body.bones(0.05, 0.05)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import pickle
-
 import numpy as np
 import pytest
 from support import draw
-from support.brute_force import finds_a_way, margins
+from support.brute_force import finds_a_way
 from support.calibrated import ARMS as CALIBRATED
 from support.moves import along, just_inside, line, moved, refused
 from support.planned_arms import IIWA, TURNING, random_arm
@@ -170,13 +168,6 @@ def test_a_limit_put_just_inside_what_a_curve_needs_is_never_certified(seed: int
         just_inside(result, np.flatnonzero(moves)[seed % 2 :: 2], lambda at: at > 0, loose)
 
 
-def test_margins_asked_are_kept_between_the_rows() -> None:
-    """`plan` keeps limit_margin and singularity_margin between the rows."""
-    margin, way = np.radians(8), line(IIWA, AMID, [0.05, -0.35, 0.1])
-    result = aa.plan(IIWA.with_(singularity_margin=margin), way, limit_margin=margin)
-    assert result.certified and margins(IIWA, result.at(DENSE).q).min() > margin
-
-
 def test_start_and_goal_are_met_with_their_windings() -> None:
     """A plan at one pose meets start and goal, turns of 2π included."""
     q0 = np.array([0.2, 0.6, 0.1, -1.3, 0.2, 0.9, -4.0])
@@ -185,64 +176,6 @@ def test_start_and_goal_are_met_with_their_windings() -> None:
     result = aa.plan(TURNING, np.stack([pose, pose]), start=q0, goal=q1)
     assert result.certified
     np.testing.assert_allclose(result.q, [q0, q1], atol=1e-9)
-
-
-def test_one_pose_equal_poses_and_none() -> None:
-    """A plan of one pose, of equal poses, and of none."""
-    pose = IIWA.forward([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])[0]
-    one = aa.plan(IIWA, pose[None])
-    assert one.certified and one.q.shape == (1, 7)
-    np.testing.assert_allclose(IIWA.forward(one.q[0])[0], pose, atol=1e-12)
-    same = aa.plan(IIWA, np.repeat(pose[None], 6, axis=0))
-    assert same.certified and np.abs(np.diff(same.q, axis=0)).max() < 0.05
-    none = aa.plan(IIWA, np.empty((0, 4, 4)))
-    assert none.ok and len(none) == 0 and not none.certified and len(none.uncertified) == 0
-    assert repr(none) == "<JointPath of 0 poses, ok>" and none.explain() == "There is no pose."
-
-
-def plain_line() -> aa.Line:
-    """A line that the iiwa follows easily."""
-    ends = [[0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5], [0.5, 0.5, 0.2, -1.2, 0.4, 0.9, 0.2]]
-    return aa.Line(*IIWA.forward(ends)[0])
-
-
-def test_rows_are_at_exactly_the_poses_and_at_agrees_with_them() -> None:
-    """A plan's rows hold the given poses, and `at` gives the rows back, for s of any shape."""
-    poses = plain_line()
-    given = poses.pose(np.linspace(0, 1, 30))
-    result = aa.plan(IIWA, given)
-    assert np.array_equal(result.poses, given)
-    np.testing.assert_allclose(IIWA.forward(result.q)[0], given, atol=1e-12)
-    assert np.array_equal(result.at(result.s).q, result.q)
-    assert result.at(0.3).q.shape == (7,)
-    assert result.at(np.zeros((2, 3))).pose.shape == (2, 3, 4, 4)
-    assert len(aa.plan(IIWA, poses, samples=17)) == 17
-
-
-def test_derivatives_in_closed_form_are_limits_of_differences() -> None:
-    """A plan's derivatives equal finite differences; q' and q'' are continuous at the knots."""
-    result = aa.plan(IIWA, plain_line())
-    assert result.curve is not None
-    knots, h = result.curve.knots, 1e-5
-    s = np.linspace(0.01, 0.99, 301)
-    s = s[np.abs(s[:, None] - knots).min(axis=1) > 2 * h]
-    exact = result.derivatives(s)
-    first = (result.at(s + h).q - result.at(s - h).q) / (2 * h)
-    np.testing.assert_allclose(exact[:, 0], first, atol=1e-6)
-    for order in (1, 2):
-        rate = (result.derivatives(s + h) - result.derivatives(s - h))[:, order - 1] / (2 * h)
-        np.testing.assert_allclose(exact[:, order], rate, rtol=1e-4, atol=1e-3)
-    across = result.derivatives(knots[1:-1] + 1e-9) - result.derivatives(knots[1:-1] - 1e-9)
-    assert np.abs(across[:, 0]).max() < 1e-5  # q' and q'' are continuous over the knots
-    assert np.abs(across[:, 1]).max() < 1e-2
-
-
-def test_results_are_the_same_every_time_and_survive_pickling() -> None:
-    """`plan` gives equal joints each time, and its curve can be pickled."""
-    one, two = aa.plan(IIWA, plain_line()), aa.plan(IIWA, plain_line())
-    assert np.array_equal(one.q, two.q)
-    again = pickle.loads(pickle.dumps(one.curve))
-    assert np.array_equal(again.at(IIWA._handle, one.s).q, one.q)
 
 
 @pytest.mark.parametrize("arm", [IIWA, CALIBRATED["kuka_iiwa7_r800 2.0 mm"]], ids=["exact", "calibrated"])

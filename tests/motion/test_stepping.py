@@ -425,13 +425,6 @@ def test_a_gc_can_be_asked_for() -> None:
     assert aa.step(arm, START, pose).gc == gc
 
 
-def test_the_singularity_margin_is_kept_along_a_path() -> None:
-    """`follow` keeps the arm's singularity margin."""
-    path = aa.follow(IIWA.with_(singularity_margin=0.3), line(IIWA, START, SHIFT, 60), start=START)
-    assert path.ok
-    assert np.abs(np.sin(path.q[:, [1, 3, 5]])).min() >= np.sin(0.3) - 1e-9
-
-
 def test_empty_and_single_paths() -> None:
     """`follow` takes no pose and one."""
     none = aa.follow(IIWA, np.empty((0, 4, 4)), start=START)
