@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "armangle/chain/hull_cells.hpp"
+#include "armangle/motion/proven_turns.hpp"
 #include "collected.hpp"
 #include "elements.hpp"
 #include "limits_of_handle.hpp"
@@ -70,25 +72,41 @@ void freedom_gradient_many(const Handle& self, Floats pose, double margin, Float
     });
 }
 
+/// The turns of base or tool of one pose; `unproven` is the length (rad) of those that an own chain does not
+/// exclude.
+template <class AnyArm, class Table>
+Status turns_of(const AnyArm& arm, const Table& limits, const Pose<double>& pose, Turned turned, ArcSet& out,
+                double& unproven) noexcept {
+    if constexpr (stepping_family<Table>)
+        return proven_turn_arcs(limits, pose, turned, out, unproven);
+    else
+        return turn_arcs(arm, pose, limits, turned, out);
+}
+
 /// Collects the turns of base or tool for poses [begin, end), up to the first problem.
 template <class Handle, class Table>
 [[gnu::noinline]] void turns_range(const Handle& self, const Table& limits, Turned turned,
                                    const double* poses, std::size_t begin, std::size_t end,
-                                   std::size_t thread, Watch& watch, Collected& to, Outcome& outcome) {
+                                   std::size_t thread, Watch& watch, Collected& to, double* unproven,
+                                   Outcome& outcome) {
     for (std::size_t i = begin; i < end && !(i > begin && watch.ended(thread, i - begin)); ++i) {
         double value = 0;
         const Problem problem = check_pose(self.arm, poses + 16 * i, value);
         if (problem != Problem::none) return outcome.report(problem, i, value);
         ArcSet set;
-        const Status status = turn_arcs(self.arm, load_pose(poses + 16 * i), limits, turned, set);
+        double left = 0;
+        const Status status = turns_of(self.arm, limits, load_pose(poses + 16 * i), turned, set, left);
         to.add(nominal(self.arm), 0.0, configuration(0), set, status);
+        unproven[i] = left;
     }
 }
 
-/// Computes the turns of base or tool at which each pose (n, 4, 4) is reachable.
+/// Computes the turns of base or tool at which each pose (n, 4, 4) is reachable; `unproven` (n,) receives the
+/// length (rad) that is proven neither way.
 template <class Handle>
-ArcColumns turns_many(const Handle& self, Floats pose, Turned turned, double margin, int threads) {
-    const Buffer p(pose);
+ArcColumns turns_many(const Handle& self, Floats pose, Turned turned, double margin, Floats unproven,
+                      int threads) {
+    const Buffer p(pose), lost(unproven, true);
     const std::size_t n = p.elements(2);
     const auto limits = table(self, margin);
     Collected whole;
@@ -99,7 +117,7 @@ ArcColumns turns_many(const Handle& self, Floats pose, Turned turned, double mar
         Collected mine;
         mine.borrow(whole, begin, end - begin);
         turns_range(self, limits, turned, p.data<double>(), begin, end, thread, watch, mine,
-                    outcomes[thread]);
+                    lost.data<double>(), outcomes[thread]);
         parts[thread] = std::move(mine);
     });
     refuse(first_problem(outcomes, most_threads), p, 2, "pose");
@@ -340,20 +358,20 @@ std::pair<double, double> reduced_distances(const Handle& self) {
     return {reach.inner, reach.outer};
 }
 
-/// Binds freedom_many, which arms of all kinds have.
+/// Binds freedom and turns, which arms of all kinds have.
 template <class Handle>
 void bind_freedom(nb::class_<Handle>& arm) {
     using namespace nb::literals;
     arm.def("freedom_many", &freedom_many<Handle>, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
+    arm.def("turns_many", &turns_many<Handle>, "pose"_a, "turned"_a, "margin"_a, "unproven"_a, "threads"_a);
 }
 
-/// Binds freedom, reachability, turns, maps and placement.
+/// Binds freedom, turns, reachability, maps and placement.
 template <class Handle>
 void bind_reach_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
     bind_freedom(arm);
     arm.def("reachable_many", &reachable_many<Handle>, "pose"_a, "margin"_a, "out"_a, "threads"_a);
-    arm.def("turns_many", &turns_many<Handle>, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
     arm.def("map_cells", &map_cells<Handle>, "places"_a, "tilt"_a, "turn"_a, "size"_a, "margin"_a, "gc"_a,
             "freedom"_a, "yaw"_a.none(), "roll"_a.none(), "proven"_a.none(), "threads"_a);
     arm.def("poses_of_reduced", &poses_of_reduced<Handle>, "coordinates"_a, "out"_a);
@@ -379,9 +397,9 @@ void bind_offset_reach(nb::class_<OffsetHandle>& arm) {
     bind_reach_of(arm);
     bind_slopes(arm);
 }
-/// Binds the freedom of a nearly S-R-S arm.
+/// Binds freedom and turns of a nearly S-R-S arm.
 void bind_chain_reach(nb::class_<ChainArmHandle>& arm) { bind_freedom(arm); }
-/// Binds freedom and slopes of an arm with an offset and its own chain.
+/// Binds freedom, turns and slopes of an arm with an offset and its own chain.
 void bind_offset_chain_reach(nb::class_<OffsetChainHandle>& arm) {
     bind_freedom(arm);
     bind_slopes(arm);

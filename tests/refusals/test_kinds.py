@@ -49,7 +49,6 @@ OWN: Rows = [
     (rf"\b{name}\b.* {CHAIN} of its own: use arm\.", call)
     for name, call in (
         ("gradients.joint_function", lambda arm: aa.gradients.joint_function(arm, pose(arm), 0, 1)),
-        ("feasible_turns", lambda arm: arm.feasible_turns(pose(arm), about="base")),
         ("gradients.feasible", lambda arm: aa.gradients.feasible(arm, pose(arm), 0)),
         ("gradients.inverse", lambda arm: aa.gradients.inverse(arm, pose(arm), 0.0, 0)),
         ("gradients.psi", lambda arm: aa.gradients.psi(arm, q(arm))),
@@ -62,7 +61,6 @@ OWN: Rows = [
 BOTH: Rows = [
     ("deviation", lambda arm: arm.deviation.bands),
     ("singularity_margin= is not made for", lambda arm: arm.with_(singularity_margin=0.1)),
-    ("feasible_turns", lambda arm: arm.feasible_turns(pose(arm), about="tool")),
     ("place", lambda arm: aa.place(arm, pose(arm)[None], [0.0], [0.0])),
 ]
 MIRRORED = aa.Arm(a_1=0.1, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2.6] * 7, upper=[2.6] * 7)

@@ -1198,12 +1198,12 @@ class Arm(FrozenValue):
         ArcSet, shape (...)
             Intervals of the turn, rad, relative to the given pose: ``0 in`` it if the pose is `reachable`.
             Ends name the joint and the limit. If other joints allow nothing it is empty; ``status`` gives the
-            reason.
+            reason. Of an arm on its own chain they hold proven turns about its own axis; ``unproven`` is the
+            length of the others that are not excluded (the status is NEAR_SINGULAR if no turn is proven).
 
         Raises
         ------
-        InputError, UnsupportedError
-            UnsupportedError for an arm with its own chain.
+        InputError
 
         Examples
         --------
@@ -1215,8 +1215,10 @@ class Arm(FrozenValue):
         """
         turned = _TURNED[chosen("about", about, _TURNED)]
         poses = np.ascontiguousarray(as_poses("pose", pose, self._handle))
-        columns = self._handle.turns_many(poses, turned, self.singularity_margin, thread_count())
-        return ArcSet._from_core(poses.shape[:-2], columns)
+        unproven = np.zeros(poses.shape[:-2]).reshape(-1)
+        columns = self._handle.turns_many(poses, turned, self.singularity_margin, unproven, thread_count())
+        told = None if self.geometry.chain is None else unproven
+        return ArcSet._from_core(poses.shape[:-2], columns, unproven=told)
 
     def _clear(self, pose: ArrayLike, gc: ArrayLike, scene: Scene) -> ArcSet:
         """Return the collision-free arm angles, ignoring joint limits."""

@@ -25,7 +25,6 @@ _ASKED = {
     "psi_towards_many": "psi_towards",
     "joint_function": "gradients.joint_function",
     "explain_pose": "explain",
-    "turns_many": "feasible_turns",
     "rows_within": "JointPath.from_joints",
     "end_slopes_one": "gradients.feasible",
     "inverse_derivative_many": "gradients.inverse",
