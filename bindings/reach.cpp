@@ -125,15 +125,37 @@ ArcColumns turns_many(const Handle& self, Floats pose, Turned turned, double mar
     return whole.release();
 }
 
-/// The yaw of a base at `at` (m) that reaches the most `weight` of the poses; `events` is work space.
+/// The yaw angles at which a pose is reachable, where an own chain does not exclude others, and its weight.
+struct OpenYaws {
+    ArcSet arcs;
+    double weight;
+};
+
+/// Work space of place_at().
+struct YawWork {
+    std::vector<YawEvent> events;
+    std::vector<OpenYaws> open;
+};
+
+/// The yaw of a base at `at` (m) that reaches the most `weight` of the poses. `unproven` is the weight of
+/// those that it is not proven to reach, of which some yaw is not excluded.
 template <class AnyArm, class Table>
 BestYaw place_at(const AnyArm& arm, const Table& limits, const std::vector<Pose<double>>& poses,
-                 const double* weight, const Vec3<double>& at, std::vector<YawEvent>& events) {
+                 const double* weight, const Vec3<double>& at, YawWork& work, double& unproven) {
+    std::vector<YawEvent>& events = work.events;
     events.clear();
+    work.open.clear();
     double always = 0, at_seam = 0;
     ArcSet set;
     for (std::size_t i = 0; i < poses.size(); ++i) {
-        yaw_arcs(arm, poses[i], at, limits, set);
+        double left = 0;
+        yaw_arcs(
+            nominal(arm).base, poses[i], at,
+            [&](const Pose<double>& pose, ArcSet& turns) {
+                return turns_of(arm, limits, pose, Turned::base, turns, left);
+            },
+            set);
+        if (left > 0) work.open.push_back({set, weight[i]});
         if (set.full) {
             always += weight[i];
             continue;
@@ -149,7 +171,11 @@ BestYaw place_at(const AnyArm& arm, const Table& limits, const std::vector<Pose<
     std::sort(events.begin(), events.end(), [](const YawEvent& a, const YawEvent& b) {
         return a.yaw != b.yaw ? a.yaw < b.yaw : a.weight > b.weight;
     });
-    return best_yaw(events.data(), static_cast<int>(events.size()), always + at_seam);
+    const BestYaw best = best_yaw(events.data(), static_cast<int>(events.size()), always + at_seam);
+    unproven = 0;
+    for (const OpenYaws& one : work.open)
+        if (!contains(one.arcs, best.yaw)) unproven += one.weight;
+    return best;
 }
 
 /// Checks a pose that an arm may see from any of several base positions (k, 3): it must be rigid, and in m as
@@ -167,7 +193,8 @@ Problem check_placed(const AnyArm& arm, const double* m, const Buffer& positions
     return problem;
 }
 
-/// Writes for each base position (k, 3), m: best yaw and its stretch (rad), and weight reached, (k, 3).
+/// Writes for each base position (k, 3), m: best yaw and its stretch (rad), weight reached, and weight of the
+/// others that are not excluded, (k, 4).
 template <class Handle>
 void place_many(const Handle& self, Floats pose, Floats weight, Floats position, double margin, Floats out,
                 int threads) {
@@ -184,12 +211,12 @@ void place_many(const Handle& self, Floats pose, Floats weight, Floats position,
     }
     refuse(outcome, p, 2, "poses");
     watched(k, threads, [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
-        std::vector<YawEvent> events;
+        YawWork work;
         for (std::size_t i = begin; i < end && !(i > begin && watch.ended(thread, i - begin)); ++i) {
             const double* x = at.data<double>() + 3 * i;
+            double* row = to.data<double>() + 4 * i;
             const BestYaw best =
-                place_at(self.arm, limits, poses, w.data<double>(), {x[0], x[1], x[2]}, events);
-            double* row = to.data<double>() + 3 * i;
+                place_at(self.arm, limits, poses, w.data<double>(), {x[0], x[1], x[2]}, work, row[3]);
             row[0] = best.yaw;
             row[1] = best.stretch;
             row[2] = best.reached;
@@ -358,15 +385,17 @@ std::pair<double, double> reduced_distances(const Handle& self) {
     return {reach.inner, reach.outer};
 }
 
-/// Binds freedom and turns, which arms of all kinds have.
+/// Binds freedom, turns and placement, which arms of all kinds have.
 template <class Handle>
 void bind_freedom(nb::class_<Handle>& arm) {
     using namespace nb::literals;
     arm.def("freedom_many", &freedom_many<Handle>, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
     arm.def("turns_many", &turns_many<Handle>, "pose"_a, "turned"_a, "margin"_a, "unproven"_a, "threads"_a);
+    arm.def("place_many", &place_many<Handle>, "pose"_a, "weight"_a, "position"_a, "margin"_a, "out"_a,
+            "threads"_a);
 }
 
-/// Binds freedom, turns, reachability, maps and placement.
+/// Binds freedom, turns, placement, reachability and maps.
 template <class Handle>
 void bind_reach_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
@@ -377,8 +406,6 @@ void bind_reach_of(nb::class_<Handle>& arm) {
     arm.def("poses_of_reduced", &poses_of_reduced<Handle>, "coordinates"_a, "out"_a);
     arm.def("reduced_of_poses", &reduced_of_poses<Handle>, "pose"_a, "out"_a);
     arm.def("reduced_distances", &reduced_distances<Handle>);
-    arm.def("place_many", &place_many<Handle>, "pose"_a, "weight"_a, "position"_a, "margin"_a, "out"_a,
-            "threads"_a);
 }
 
 /// Binds the derivatives of feasible intervals.
@@ -397,9 +424,9 @@ void bind_offset_reach(nb::class_<OffsetHandle>& arm) {
     bind_reach_of(arm);
     bind_slopes(arm);
 }
-/// Binds freedom and turns of a nearly S-R-S arm.
+/// Binds freedom, turns and placement of a nearly S-R-S arm.
 void bind_chain_reach(nb::class_<ChainArmHandle>& arm) { bind_freedom(arm); }
-/// Binds freedom, turns and slopes of an arm with an offset and its own chain.
+/// Binds freedom, turns, placement and slopes of an arm with an offset and its own chain.
 void bind_offset_chain_reach(nb::class_<OffsetChainHandle>& arm) {
     bind_freedom(arm);
     bind_slopes(arm);

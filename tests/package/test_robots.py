@@ -160,10 +160,8 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
             aa.JointPath.from_joints(at.arm, [at.q, at.q + 0.01]), velocity=1.0, acceleration=5.0
         ),
     ),
-    "`aa.place`, `aa.reach_map`": (
-        lambda at: aa.place(at.arm, at.pose[None], [0.0], [0.0]),
-        mapped,
-    ),
+    "`aa.place`": (lambda at: aa.place(at.arm, at.pose[None], [0.0], [0.0]),),
+    "`aa.reach_map`": (mapped,),
     "`aa.kuka`": (lambda at: aa.kuka.to_frame(at.arm, at.q),),
     "`aa.gradients.limit_margin`": (lambda at: aa.gradients.limit_margin(at.arm, at.q),),
     "`aa.gradients.inverse`, `aa.gradients.solve`": (

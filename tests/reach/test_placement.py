@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.families import CHAINS, of
 from support.maps import ARMS, OFFSET_ARMS
 from support.moves import refused
 from support.threads import in_threads
@@ -50,6 +51,33 @@ def test_no_scanned_yaw_beats_it(name: str, hanging: bool) -> None:
     lost = {k for k, _ in found.missed()}
     assert lost == set(np.flatnonzero(~arm.with_(base=found.best()).reachable(poses)))
     assert all(why is not aa.Status.OK for _, why in found.missed())
+
+
+@of(CHAINS)
+@pytest.mark.parametrize("hanging", [False, True])
+def test_what_an_own_chain_is_proven_to_reach_it_reaches(arm: aa.Arm, hanging: bool) -> None:
+    """`place` of an own chain reaches the weight it says from the base it gives, and no more than `unproven`
+    beyond it; no scanned yaw about its own axis is proven to reach more.
+    """
+    if hanging:
+        arm = arm.with_(base=np.diag([1.0, -1.0, -1.0, 1.0]) @ arm.base)
+    rng = np.random.default_rng(3)
+    poses, weight = grasps(rng, 8), rng.uniform(0.5, 2.0, 8)
+    found = aa.place(arm, poses, [-0.3], [-0.2, 0.3], z=0.5 if hanging else 0.0, weight=weight)
+    assert found.reached.max() > 2.0
+    for (i, j), reached in np.ndenumerate(found.reached):
+        base = found.base(i, j)
+        stands = arm.with_(base=base)
+        axis = stands.frames(np.zeros(7))[0]
+        np.testing.assert_allclose(axis[:2, 3], [found.x[i], found.y[j]], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(abs(axis[2, 2]), 1.0, rtol=0, atol=1e-15)
+        held = weight[stands.reachable(poses)].sum()
+        assert reached - 1e-9 <= held <= reached + found.unproven[i, j] + 1e-9
+        for yaw in rng.uniform(-np.pi, np.pi, 20):
+            turned = aa.pose([0, 0, 0], rpy=[0, 0, yaw]) @ base
+            turned[:2, 3] += axis[:2, 3] - (turned @ np.linalg.inv(base) @ axis)[:2, 3]
+            proven = arm.with_(base=turned).feasible(poses).ok.any(axis=-1)
+            assert weight[proven].sum() <= reached + 1e-9
 
 
 @pytest.mark.parametrize("name", [*ARMS, *OFFSET_ARMS])

@@ -54,14 +54,12 @@ OWN: Rows = [
         ("gradients.psi", lambda arm: aa.gradients.psi(arm, q(arm))),
         ("gradients.margin", lambda arm: aa.gradients.margin(arm, pose(arm))),
         ("gradients.freedom", lambda arm: aa.gradients.freedom(arm, pose(arm))),
-        ("place", lambda arm: aa.place(arm, pose(arm)[None], [0.0], [0.0])),
         ("aa.kuka", lambda arm: aa.kuka.to_e1(arm, q(arm))),
     )
 ]
 BOTH: Rows = [
     ("deviation", lambda arm: arm.deviation.bands),
     ("singularity_margin= is not made for", lambda arm: arm.with_(singularity_margin=0.1)),
-    ("place", lambda arm: aa.place(arm, pose(arm)[None], [0.0], [0.0])),
 ]
 MIRRORED = aa.Arm(a_1=0.1, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2.6] * 7, upper=[2.6] * 7)
 KINDS: list[tuple[aa.Arm, Rows]] = [
@@ -81,23 +79,6 @@ def test_what_is_not_made_for_a_kind_is_refused_by_name(arm: aa.Arm, said: str, 
     """Functions that are not made for a kind of arm raise UnsupportedError with their name."""
     with pytest.raises(aa.UnsupportedError, match=said):
         call(arm)
-
-
-@pytest.mark.parametrize("hanging", [False, True])
-def test_the_advice_for_place_works(hanging: bool) -> None:
-    """The call that `place` advises for a calibrated arm runs, on its base."""
-    frame = np.diag([1.0, -1.0, -1.0, 1.0]) if hanging else np.eye(4)
-    chain = calibrated("kuka_iiwa7_r800", 1.0, 1.0).geometry.chain.copy()
-    chain[0] = frame @ chain[0]
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(base=frame, chain=chain)
-    with pytest.raises(aa.UnsupportedError) as error:
-        aa.place(arm, pose(arm)[None], [0.0], [0.0])
-    advice = str(error.value).rpartition(": ")[2]
-    call = advice.replace("...", "poses, [0.0], [0.0]")
-    names = {"place": aa.place, "arm": arm, "numpy": np, "poses": pose(arm)[None]}
-    found = eval(call, names)
-    assert np.array_equal(found.arm.base, frame)
-    assert found.reached.shape == (1, 1)
 
 
 def test_a_calibrated_arm_that_leans_is_told_so_first() -> None:

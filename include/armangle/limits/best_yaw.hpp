@@ -22,17 +22,15 @@ struct BestYaw {
     double reached;  // total weight of the reachable poses
 };
 
-/// Computes the yaw angles of the base, counted from its present orientation, at which a pose is reachable if
+/// Computes the yaw angles of a base, counted from its present orientation, at which a pose is reachable if
 /// the base moves to `at` (m, in the frame of poses). Yaw is a rotation around axis 1, counted around the z
-/// axis of that frame. Axis 1 must be along z, up or down. `t` is the arm's limit_table(). Returns the status
-/// of turn_arcs().
-template <class AnyArm, class Table>
-Status yaw_arcs(const AnyArm& arm, const Pose<double>& pose, const Vec3<double>& at, const Table& t,
+/// axis of that frame. Axis 1 must be along z, up or down. find(pose, turns) writes the turns of a pose
+/// around axis 1 at which it is reachable and returns their status, which is that of the yaw angles.
+template <class Find>
+Status yaw_arcs(const Pose<double>& base, const Pose<double>& pose, const Vec3<double>& at, const Find& find,
                 ArcSet& out) noexcept {
-    const Pose<double>& base = nominal(arm).base;
     ArcSet turns;
-    const Status status = turn_arcs(arm, Pose<double>{pose.rotation, pose.position - at + base.position}, t,
-                                    Turned::base, turns);
+    const Status status = find(Pose<double>{pose.rotation, pose.position - at + base.position}, turns);
     // turning the base by alpha equals turning the pose by -alpha
     make_empty(out);
     if (turns.full) {

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, as_floats, as_number, frozen, many_poses, shaped_if_empty
+from .._arrays import JOINTS, Floats, as_floats, as_number, frozen, many_poses, shaped_if_empty
 from .._core import LENGTH_LIMIT
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
 from .._values import by_content
 from ..arm.arm import Arm, check_arm
-from ..arm.chain import NOMINAL, unsupported
 from ..errors import InputError
 from ..models.axes import NEAR_ANGLE
 from ..poses import as_transform
@@ -30,7 +29,8 @@ class Placement:
     Attributes
     ----------
     arm : Arm
-        The arm that was placed; a pose closer to a singularity than its margin does not count as reached.
+        The arm that was placed; a pose closer to a singularity than its margin does not count as reached. Of
+        an own chain, on the base that puts its own axis 1 upright, through the origin.
     poses : ndarray, shape (n, 4, 4)
         The poses to reach, in the world.
     weight : ndarray, shape (n,)
@@ -43,6 +43,9 @@ class Placement:
         That yaw in (-π, π], rad: the middle of the widest interval of equally good yaws.
     stretch : ndarray, shape (nx, ny)
         Length of this interval, rad; 2π if every yaw is equally good.
+    unproven : ndarray, shape (nx, ny)
+        Sum of the weights of the poses that are not proven to be reached at that yaw, and for which some yaw
+        is not excluded; 0 unless the arm has its own chain.
     """
 
     arm: Arm
@@ -54,6 +57,7 @@ class Placement:
     reached: Floats = field(repr=False)
     yaw: Floats = field(repr=False)
     stretch: Floats = field(repr=False)
+    unproven: Floats = field(repr=False)
 
     def base(self, i: int, j: int) -> Floats:
         """Return the base (4, 4) of position (x[i], y[j]) at its best yaw, for ``arm.with_(base=...)``."""
@@ -61,7 +65,7 @@ class Placement:
         out = np.eye(4)
         turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         out[:3, :3] = turn @ self.arm.base[:3, :3]
-        out[:3, 3] = self.x[i], self.y[j], self.z
+        out[:3, 3] = turn @ _off_axis(self.arm) + (self.x[i], self.y[j], self.z)
         return out
 
     def _best_index(self) -> tuple[int, int]:
@@ -103,10 +107,12 @@ class Placement:
         i, j = self._best_index()
         if not self.reached[i, j] > 0:
             return f"0 of {self.weight.sum():g} reached from any of {self.reached.size} positions"
+        more = self.unproven[i, j]
         return (
             f"{self.reached[i, j]:g} of {self.weight.sum():g} reached from x = {self.x[i]:g} m, "
             f"y = {self.y[j]:g} m, yaw {np.degrees(self.yaw[i, j]):.1f}°, which may vary over "
             f"{np.degrees(self.stretch[i, j]):.1f}°; the best of {self.reached.size} positions"
+            f"{f'; {more:g} more are neither proven nor excluded' if more > 0 else ''}"
         )
 
 
@@ -128,8 +134,8 @@ def place(
     Parameters
     ----------
     arm : Arm
-        S-R-S, or with an offset wrist or shoulder. Its axis 1 must be vertical, up or down; the rotation of
-        ``arm.base`` is kept. Its `scene` is ignored.
+        Its axis 1 must be vertical, up or down; the rotation of ``arm.base`` is kept, but for the little by
+        which axis 1 of an own chain leans. Its `scene` is ignored.
     poses : array_like, shape (n, 4, 4)
         Poses of the end effector in the world, position in m; n may be 0.
     x, y : array_like, shapes (nx,), (ny,)
@@ -146,14 +152,12 @@ def place(
     -------
     Placement
         ``reached``, ``yaw``, ``stretch`` of shape (nx, ny); ``best()`` is the best base, and ``missed()`` the
-        poses that it does not reach, with reasons.
+        poses that it does not reach, with reasons. Of an own chain only proven poses count as reached.
 
     Raises
     ------
     InputError
         If an argument is invalid, or axis 1 is not vertical.
-    UnsupportedError
-        If the arm has its own chain.
 
     Examples
     --------
@@ -168,9 +172,8 @@ def place(
     up = float(arm.base[2, 2])
     lean = float(np.arccos(min(1.0, abs(up))))
     if arm.geometry.chain is not None and lean < NEAR_ANGLE:  # the base fitted to a chain leans a little
-        frame = "numpy.eye(4)" if up > 0 else "numpy.diag([1.0, -1.0, -1.0, 1.0])"
-        raise unsupported("place", f"{NOMINAL}: place(arm.deviation.nominal.with_(base={frame}), ...)")
-    if np.hypot(arm.base[0, 2], arm.base[1, 2]) > _UPRIGHT:
+        arm = _upright(arm)
+    elif np.hypot(arm.base[0, 2], arm.base[1, 2]) > _UPRIGHT:
         raise InputError(
             f"arm.base leans axis 1 by {np.degrees(lean):.3g} deg, wanted it upright or straight down: "
             "the yaw that place() chooses is a turn about a vertical axis 1"
@@ -181,13 +184,38 @@ def place(
     weights = _weights(weight, len(wanted))
     at = np.empty((len(along) * len(across), 3))
     at[:, 0], at[:, 1], at[:, 2] = np.repeat(along, len(across)), np.tile(across, len(along)), height
-    rows = np.empty((len(at), 3))
+    at += _off_axis(arm)
+    rows = np.empty((len(at), 4))
     with progressing(as_progress(progress)):
         arm._handle.place_many(wanted, weights, at, arm.singularity_margin, rows, thread_count(0))
-    yaw, stretch, reached = (frozen(np.ascontiguousarray(c).reshape(len(along), -1)) for c in rows.T)
+    shape = len(along), len(across)
+    yaw, stretch, reached, unproven = (frozen(np.ascontiguousarray(c).reshape(shape)) for c in rows.T)
     return Placement(
-        arm, frozen(wanted), frozen(weights), frozen(along), frozen(across), height, reached, yaw, stretch
-    )
+        arm, frozen(wanted), frozen(weights), frozen(along), frozen(across), height, reached, yaw, stretch,
+        unproven,
+    )  # fmt: skip
+
+
+def _upright(arm: Arm) -> Arm:
+    """Return an arm on its own chain on the base that puts its own axis 1 upright, or straight down, through
+    the origin; the base's origin is at height 0.
+    """
+    frame = arm.frames(np.zeros(JOINTS))[0]
+    axis, up = frame[:3, 2], np.array([0.0, 0.0, np.sign(arm.base[2, 2])])
+    turn = np.eye(4)
+    across, along = np.cross(axis, up), float(axis @ up)
+    wedge = np.cross(np.eye(3), across)
+    turn[:3, :3] = np.eye(3) + wedge + wedge @ wedge / (1.0 + along)
+    moved = arm.with_(base=turn @ arm.base)
+    shift = np.eye(4)
+    shift[:2, 3] = -moved.frames(np.zeros(JOINTS))[0, :2, 3]
+    shift[2, 3] = -moved.base[2, 3]
+    return moved.with_(base=shift @ moved.base)
+
+
+def _off_axis(arm: Arm) -> Floats:
+    """Return the origin of the base (m) from axis 1: 0 unless the arm has its own chain."""
+    return np.zeros(3) if arm.geometry.chain is None else arm.base[:3, 3]
 
 
 def _line(name: str, values: ArrayLike) -> Floats:

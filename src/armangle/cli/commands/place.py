@@ -109,5 +109,6 @@ def _facts(found: Placement) -> dict[str, object]:
     missed = [{"pose": k, "status": why.name} for k, why in found.missed()]
     return {
         "poses": len(found.poses), "x": found.x, "y": found.y, "z": found.z, "reached": found.reached,
-        "yaw": found.yaw, "stretch": found.stretch, "best": base, "missed": missed,
+        "yaw": found.yaw, "stretch": found.stretch, "unproven": found.unproven, "best": base,
+        "missed": missed,
     }  # fmt: skip
