@@ -16,6 +16,7 @@ from ..arm.chain import unsupported
 from ..arm.freedom import Freedom
 from ..arm.offset import OffsetArm
 from ..arm.offset import unsupported as unsupported_offset
+from ..arm.offset_chain import unsupported as unsupported_offset_chain
 from ..errors import InputError, needed
 from .filling import check_scheduler, fill_here, fill_on_cluster
 from .grid import Grid
@@ -422,7 +423,8 @@ def reach_map(
     """
     check_arm(arm)
     if arm.geometry.chain is not None:
-        raise unsupported("reach_map")
+        lacks = unsupported_offset_chain if isinstance(arm, OffsetArm) else unsupported
+        raise lacks("reach_map")
     gap = as_number("spacing", spacing, _LEAST_SPACING, arm.geometry.reach)
     angle = as_number("tilt", tilt, _LEAST_ANGLE, _MOST_ANGLE)
     names = _names(fields)
