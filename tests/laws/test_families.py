@@ -253,6 +253,7 @@ def test_what_all_joints_leave_is_what_each_of_them_leaves(arm: aa.Arm) -> None:
     pose, _, gc = arm.forward(within(arm, np.random.default_rng(4), 30))
     each, whole = arm.feasible(pose, gc, per_joint=True), arm.feasible(pose, gc)
     assert each.shape == (30, 7) and whole.shape == whole.unproven.shape == (30,)
+    assert np.array_equal(arm.feasible(pose).measure[np.arange(30), gc], whole.measure)
     proven = (whole.unproven == 0) & (each.unproven == 0).all(axis=-1)
     assert proven.mean() > 0.5
     for i in np.flatnonzero(proven):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.families import EXACT, of, within
+from support.families import CALIBRATED, EXACT, of, within
 from support.gradients import moved
 
 import armangle as aa
@@ -196,6 +196,31 @@ def test_a_plan_keeps_the_margin_at_every_point(arm: aa.Arm) -> None:
 
 
 @pytest.mark.turns(2)
+@of(CALIBRATED)
+def test_arcs_solutions_and_plans_of_a_calibrated_arm_keep_the_margin(arm: aa.Arm) -> None:
+    rng, kept = np.random.default_rng(10), arm.with_(singularity_margin=0.3)
+    start, seed = apart(arm, rng, 12, 0.3), within(arm, rng, 12)
+    pose, _, gc = arm.forward(start)
+    found = kept.solve(pose, seed)
+    assert (
+        found.ok.all()
+        and keeps(arm, found.q, 0.3).all()
+        and not keeps(arm, arm.solve(pose, seed).q, 0.3).all()
+    )
+    for one, branch in zip(pose, gc, strict=True):
+        arcs, wide = kept.feasible(one, branch), arm.feasible(one, branch)
+        assert arcs.measure <= wide.measure
+        for lower, upper in arcs.intervals:
+            q = arm.inverse(one, np.linspace(lower, upper, 50), branch, on_error="nan", limits=False)
+            assert keeps(arm, q[np.isfinite(q[:, 0])], 0.3).all()
+    certified = 0
+    for one, q in zip(pose, start, strict=True):
+        path = aa.plan(kept, np.stack([one, moved(one, np.array([0.05, 0.05, -0.05, 0, 0, 0]))]), start=q)
+        certified += path.certified
+        assert not path.certified or keeps(arm, path.at(np.linspace(0, 1, 2000)).q, 0.3).all()
+    assert certified > 1
+
+
 @EVERY
 def test_turns_explain_maps_and_trackers_keep_the_margin(arm: aa.Arm) -> None:
     rng = np.random.default_rng(7)
