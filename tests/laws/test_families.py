@@ -59,14 +59,16 @@ def test_forward_frames_and_the_elbow_are_those_of_the_links_multiplied_in_order
 @of(EVERY, [FAR])
 def test_every_posture_is_met_again_and_every_answer_holds_its_pose(arm: aa.Arm) -> None:
     """`inverse` of `forward` gives the joints back, and those of all branches hold pose, psi and branch. Of
-    an own chain it is NaN in under 1 %, next to where branches meet. Limits leave the rows that keep them.
+    an own chain without an offset it is NaN in under 1 %, next to where branches meet. Limits leave the rows
+    that keep them.
     """
     own, rng = arm.geometry.chain is not None, np.random.default_rng(18)
     q = within(arm, rng, count(400 if own else 2000))
     pose, psi, gc = arm.forward(q)
     again = arm.inverse(pose, psi, gc, seed=q, on_error="nan", limits=False)
     solved, off = np.isfinite(again[:, 0]), np.abs(again - q).max(axis=1)
-    assert solved.mean() >= 0.99 if own else solved.all() and off.max() < 1e-6
+    nearly = own and arm.redundancy == "arm_angle"
+    assert solved.mean() >= 0.99 if nearly else solved.all() and off.max() < 1e-6
     assert (off[solved] < 1e-6).mean() > 0.9
     assert np.median(off[solved]) < 1e-13
     if arm.redundancy == "arm_angle":

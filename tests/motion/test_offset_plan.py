@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import draw
+from support.calibrated import calibrated
 from support.gradients import named
 from support.offset_search import can_follow, straight_lines
 from support.touching import distances
@@ -248,6 +249,42 @@ def test_an_interrupt_ends_it() -> None:
 
     with pytest.raises(KeyboardInterrupt):
         aa.plan(ARM, turned().poses, progress=stop)
+
+
+@pytest.mark.parametrize("name", ["franka_fr3", "fetch"])
+def test_a_plan_begins_at_its_start_where_a_branch_has_several_solutions(name: str) -> None:
+    """A plan from joints that solve the first pose begins there, though `inverse` without them finds others
+    with the same value of the free joint.
+    """
+    arm, begun = calibrated(name, 20.0, 10.0), 0
+    q = np.random.default_rng(2).uniform(np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0), (1000, 7))
+    pose, psi, gc = arm.forward(q)
+    other = np.abs(arm.inverse(pose, psi, gc, limits=False, on_error="nan") - q).max(axis=1) > 1e-3
+    assert other.sum() > 8
+    for start, first in zip(q[other][:3], pose[other], strict=False):
+        last = first.copy()
+        last[:3, 3] += 1e-3
+        path = aa.plan(arm, aa.Line(first, last), start=start)
+        assert path.diagnosis is not None and path.diagnosis.branches[0].verdict.name != "START"
+        begun += path.ok
+        if path.ok:
+            np.testing.assert_allclose(path.at([0.0]).q[0], start, rtol=0, atol=1e-9)
+    assert begun >= 1
+
+
+def test_a_path_may_end_on_a_limit_and_a_start_beyond_it_is_refused() -> None:
+    """A line to a pose that is reached with joint 4 on its limit alone is planned; a start with a joint one
+    turn beyond its limits is refused.
+    """
+    first = [2.2853981634, 1.1767581521515926, 1.827341087903327, -1.8158852274491875, -1.4974519945673646]
+    last = [2.2853981634, 1.0325245311176057, 2.375973606346308, -2.3213, -1.2829788723099191]
+    for arm in (named("willow_garage_pr2_left"), named("calibrated willow_garage_pr2_left")):
+        ends = arm.forward([[*first, -1.1156, 1.968], [*last, -1.5596197682229274, 1.7245845335353904]])[0]
+        assert aa.plan(arm, ends).certified
+    for arm in (ARM, named("calibrated franka_fr3")):
+        poses = arm.forward(np.add(READY, [[0.0], [0.05]]))[0]
+        beyond = aa.plan(arm, poses, start=np.add(READY, [2 * np.pi, 0, 0, 0, 0, 0, 0]))
+        assert not beyond.ok and "beyond the upper one of joint 1" in beyond.explain()
 
 
 PINCHED = (  # joints and ways (m) of an xArm 7 on which an interval of the start's branch shrinks to a point

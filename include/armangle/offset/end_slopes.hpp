@@ -37,7 +37,7 @@ inline void singular_end_slope(const OffsetArm& arm, const Pose<double>& pose, d
             .place(Pose<J>{{moving(r.x, cross(omega, r.x)), moving(r.y, cross(omega, r.y)),
                             moving(r.z, cross(omega, r.z))},
                            moving(pose.position, v)},
-                   gc, at, d)
+                   gc, at, nullptr, d)
             .coefficient[1];
     };
     const double along = rate({0, 0, 0}, {0, 0, 0}, 1.0);

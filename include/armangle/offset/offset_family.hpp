@@ -32,7 +32,7 @@ public:
     /// solution exists: the lesser of g^2 - t^2 and the rest of the reach, as shares of the reach; negative
     /// without.
     template <class T>
-    T place(const Pose<T>& pose, int gc, const T& free, Directions<T>& out) const noexcept {
+    T place(const Pose<T>& pose, int gc, const T& free, const double*, Directions<T>& out) const noexcept {
         const Arm& rest = arm_->rest;
         const SinCos<T> theta_7 = sin_cos(T(rest.sign[6]) * free + T(rest.offset[6]));
         const OffsetMotion<T> m = offset_motion(*arm_, pose, gc);

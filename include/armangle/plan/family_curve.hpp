@@ -28,10 +28,20 @@ struct FamilyCurve {
     T place(const Stretch& x, const T& s, Directions<T>& out) const noexcept {
         const auto pose = [&](const auto& at) noexcept { return pose_at(segment_of(segments, x), at); };
         const auto phi = [&](const auto& at) noexcept { return phi_at(x, at); };
-        if constexpr (std::is_same_v<T, Jet<Interval, 1>> && !explicit_family<F>)
-            return family.enclose(pose, phi, gc, s.value(), out);
+        const StraightWay way{x.start, x.end, x.q, x.q_end};
+        const auto near = [&way](double at) noexcept {
+            Joints q;
+            for (int j = 0; j < joints; ++j) q.q[j] = way.near(j, at);
+            return q;
+        };
+        if constexpr (explicit_family<F>)
+            return family.place(pose(s), gc, phi(s), nullptr, out);
+        else if constexpr (std::is_same_v<T, Jet<Interval, 1>>)
+            return family.enclose(pose, phi, near, gc, s.value(), out);
+        else if constexpr (!std::is_same_v<T, double>)
+            return family.place(pose(s), gc, phi(s), near(s.value()).q, out);
         else
-            return family.place(pose(s), gc, phi(s), out);
+            return family.place(pose(s), gc, phi(s), near(s).q, out);
     }
 
     /// A value of s in [from, to] on a stretch at which there is no solution, or at which `looks` cells do
@@ -106,7 +116,7 @@ void lift_stretches(const FamilyCurve<F>& curve, std::span<Stretch> stretches, c
         for (const bool last : {false, true}) {
             const double s = last ? x.end : x.start;
             Directions<double> d;
-            curve.place(x, s, d);
+            curve.family.place(pose_at(segment_of(curve.segments, x), s), curve.gc, phi_at(x, s), q, d);
             for (int j = 0; j < joints; ++j)
                 q[j] = lift(to_q(curve.family.rows(), j, atan2(d.y[j], d.x[j])), q[j]);
             std::copy(q, q + joints, last ? x.q_end : x.q);
@@ -154,9 +164,10 @@ Shown shown_clear(const AnyArm& arm, const Scene& scene, const double* q, const 
 /// Proves that a curve keeps its limits, the arm's singularity margin and its allowed arcs, and is
 /// collision-free. Limits are proven with a slack, except those on which the curve begins or ends.
 /// permits(stretch): false where the user does not permit its ends; it then counts as violated and unproven.
+/// `looks` is reduced by the number of cells that are examined; at 0 the remainder is left unproven.
 template <class F, class Permits>
-Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const AlsoKept& also,
-              const ProofTuning& tuning, const Permits& permits) {
+Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const AlsoKept& also, ProofTuning tuning,
+              int& looks, const Permits& permits) {
     Limits kept = limits;
     const Stretch &first = curve.stretches.front(), &last = curve.stretches.back();
     curve.family.keep_margin(first.q, kept);
@@ -198,7 +209,8 @@ Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const AlsoKept&
                 q[j] = from > x.start ? whole.near(j, from) : x.q[j];
                 q_end[j] = to < x.end ? whole.near(j, to) : x.q_end[j];
             }
-            prove_stretch(
+            tuning.looks = std::min(tuning.looks, looks);
+            looks -= prove_stretch(
                 curve.family.rows(), kept, place, {from, to, q, q_end}, tuning,
                 [&](double a, double b, bool broken) { left(x, a, b, broken); },
                 [&](const double* at, const double (&d)[joints], const double (&off)[joints]) {

@@ -130,7 +130,7 @@ private:
         const Pose<J> fixed{{spread<J>(turned.x), spread<J>(turned.y), spread<J>(turned.z)},
                             spread<J>(at.pose.position)};
         Directions<J> d;
-        if (!(family_.place(fixed, gc, J::variable(free), d).value() > 0)) return false;
+        if (!(family_.place(fixed, gc, J::variable(free), near, d).value() > 0)) return false;
         J theta[joints], cost(0.0);
         out.free = free;
         out.margin = out.elbow_margin = infinity;
@@ -185,7 +185,7 @@ private:
         const OnSelfMotion on = family_.on(q);
         End out{q, on.lambda, infinity, on.gc};
         Directions<double> d;
-        if (!(family_.place(pose(s), on.gc, on.lambda, d) >= 0)) return out;
+        if (!(family_.place(pose(s), on.gc, on.lambda, q, d) >= 0)) return out;
         out.gap = 0;
         for (int j = 0; j < joints; ++j) {
             const double there = to_q(family_.rows(), j, atan2(d.y[j], d.x[j]));
@@ -293,6 +293,8 @@ private:
             base.push_back(at[i - 1] + share * (at[i] - at[i - 1]));
         }
         base.push_back(1.0);
+        most_sections_ = base.size() * static_cast<std::size_t>(tuning_.rounds);
+        most_looks_ = static_cast<int>(most_sections_) * tuning_.proof.looks;
         for (int k = 1; k < options_.scenes.count; ++k) base.push_back(options_.scenes.begin(k));
         if (options_.scenes.count > 1) tidy(base);
         unsigned asked = options_.branches;
@@ -347,14 +349,14 @@ private:
     std::vector<Node> nodes(const Branch& branch, std::size_t k) const {
         std::vector<Node> out;
         const Section& section = branch.sections[k];
-        const auto add = [&](double free) {
+        const auto add = [&](double free, const double* near) {
             Node node{{}, infinity, -1};
-            if (clear_state(section, branch.report.gc, free, nullptr, node.state) &&
+            if (clear_state(section, branch.report.gc, free, near, node.state) &&
                 within_limits(limits_, node.state.q, tolerance::angle))
                 out.push_back(node);
         };
         if (const End* end = anchor(branch, k)) {
-            if (is_held(section, *end)) add(end->lambda);
+            if (is_held(section, *end)) add(end->lambda, end->q);
             return out;
         }
         for (int i = 0; i < section.arcs.count; ++i) {
@@ -363,10 +365,10 @@ private:
             const double inset = min(tuning_.inset, tuning_.inset_share * width);
             const double low = arc.lower + inset, high = arc.upper - inset;
             const double first = std::ceil(low / tuning_.step) * tuning_.step;
-            add(low);
+            add(low, nullptr);
             for (double free = first; free < high; free += tuning_.step)
-                if (free > low) add(free);
-            if (high > low) add(high);
+                if (free > low) add(free, nullptr);
+            if (high > low) add(high, nullptr);
         }
         return out;
     }
@@ -451,6 +453,7 @@ private:
             report.status = unproven ? Status::NEAR_SINGULAR : Status::LIMITS;
             report.from = report.to = branch.sections[k > 0 ? k - 1 : 0].s;
             report.reached = report.from;
+            if (at_start) refuses(ends_[0], 0.0, report);
             if (at_goal) refuses(ends_[1], 1.0, report);
         }
         if (report.verdict == Verdict::ok) {
@@ -501,19 +504,22 @@ private:
         return true;
     }
 
-    /// Whether some section has no arc. If so, writes to the report of the branch where, why, and how far a
-    /// path leads.
+    /// Whether some section has no arc. If so, writes to the report of the branch where, why (out of reach
+    /// before any other reason), and how far a path leads.
     bool is_shut(Branch& branch) const {
         BranchReport& report = branch.report;
         const auto shut = [](const Section& x) { return x.arcs.empty(); };
         const auto first = std::find_if(branch.sections.begin(), branch.sections.end(), shut);
         if (first == branch.sections.end()) return false;
         const auto last = std::find_if_not(first, branch.sections.end(), shut);
-        report.from = first->s;
+        const auto beyond =
+            std::find_if(first, last, [](const Section& x) { return x.status == Status::UNREACHABLE; });
+        const Section& named = beyond != last ? *beyond : *first;
+        report.from = named.s;
         report.to = (last - 1)->s;
-        report.status = first->status;
-        report.touching = first->pair;
-        report.verdict = first->status == Status::UNREACHABLE ? Verdict::unreachable : Verdict::impossible;
+        report.status = named.status;
+        report.touching = named.pair;
+        report.verdict = beyond != last ? Verdict::unreachable : Verdict::impossible;
         const std::vector<Section> ahead(branch.sections.begin(), first);
         if (!ahead.empty()) {
             Branch part;
@@ -570,8 +576,10 @@ private:
             }
             if (ends_[0].q) continue;
             double turn = 0;  // as few as keep the limits; of a goal its own
-            if (low < limits_.lower[j]) turn = std::ceil((limits_.lower[j] - low) / two_pi);
-            if (high > limits_.upper[j]) turn = -std::ceil((high - limits_.upper[j]) / two_pi);
+            const double under = limits_.lower[j] - low - tolerance::angle,
+                         over = high - limits_.upper[j] - tolerance::angle;
+            if (under > 0) turn = std::ceil(under / two_pi);
+            if (over > 0) turn = -std::ceil(over / two_pi);
             if (ends_[1].q) turn = round((ends_[1].q[j] - way.back().q[j]) / two_pi);
             for (State& at : way) at.q[j] += two_pi * turn;
         }
@@ -714,8 +722,9 @@ private:
     }
 
     /// Inserts sections and configurations into the branch's path where the proof is open, and minimizes
-    /// again; false if nothing was inserted.
+    /// again; false if nothing was inserted, or if that would be more sections than a branch may have.
     bool refine(Branch& branch, const Proof& proof) const {
+        if (branch.sections.size() > most_sections_) return false;
         std::vector<Section> sections{branch.sections[0]};
         std::vector<State> way{branch.way[0]};
         bool finer = false;
@@ -749,22 +758,24 @@ private:
         return finer;
     }
 
-    /// Proves a curve of a branch. Where the user permits arcs by the pose, nothing is known between the ends
-    /// of its stretches.
-    Proof proven(int gc, const std::vector<Stretch>& stretches) const {
+    /// Proves a curve of a branch, and reduces `looks` by the cells that this takes. Where the user permits
+    /// arcs by the pose, nothing is known between the ends of its stretches.
+    Proof proven(int gc, const std::vector<Stretch>& stretches, int& looks) const {
         const bool asks = options_.allowed && !options_.allowed_everywhere;
         return certify(FamilyCurve<F>{family_, gc, path_, stretches}, limits_,
                        {options_.scenes, options_.allowed_everywhere, false, &options_.checkpoint},
-                       tuning_.proof, [&](const Stretch& x) {
+                       tuning_.proof, looks, [&](const Stretch& x) {
                            return !asks || (find(permitted(x.start), phi_at(x, x.start)).index >= 0 &&
                                             find(permitted(x.end), phi_at(x, x.end)).index >= 0);
                        });
     }
 
-    /// Draws the curve of a branch and proves it, with more sections where the proof fails. A curve without a
-    /// known violation becomes the plan if less of it is open; if there is none, the report says why.
+    /// Draws the curve of a branch and proves it, with more sections where the proof fails, as long as that
+    /// takes no more cells than a branch may have. A curve without a known violation becomes the plan if less
+    /// of it is open; if there is none, the report says why.
     void draw(Branch& branch) {
         BranchReport& report = branch.report;
+        int looks = most_looks_;
         Branch finer = branch;
         Proof all;
         all.open = {0.0, 1.0};
@@ -774,17 +785,17 @@ private:
         std::vector<Stretch> stretches;
         for (int round = 0; round <= tuning_.rounds; ++round) {
             stretches = curve_of(finer);
-            proof = proven(report.gc, stretches);
-            held = held || proof.violated.empty();
-            const bool better = !plan_.ok || proof.open.size() < plan_.proof.open.size();
-            if (proof.violated.empty() && better) {
+            proof = proven(report.gc, stretches, looks);
+            const bool kept = proof.certified() || (proof.violated.empty() && looks > 0);
+            held = held || kept;
+            if (kept && (!plan_.ok || proof.open.size() < plan_.proof.open.size())) {
                 plan_.ok = true;
                 plan_.gc = report.gc;
                 plan_.stretches = std::move(stretches);
                 plan_.proof = proof;
                 take_margins(finer, report);
             }
-            if (proof.certified() || !refine(finer, proof)) break;
+            if (proof.certified() || looks == 0 || !refine(finer, proof)) break;
             if (held) continue;
             if (is_shut(finer) || search(finer) < finer.sections.size())
                 break;  // another way about that place
@@ -792,14 +803,16 @@ private:
             descend(finer);
         }
         if (held) return;
+        report.given_up = proof.violated.empty();
+        const std::vector<double>& at = report.given_up ? proof.open : proof.violated;
         report.verdict = Verdict::unresolved;
         report.status = options_.scenes.count > 0 ? Status::CLEARANCE : Status::LIMITS;
-        report.from = proof.violated.front();
+        report.from = at.front();
         const FamilyCurve<F> curve{family_, report.gc, path_, stretches};
         Directions<double> d;
         if (!(curve.place(stretch_at(stretches, report.from), report.from, d) > tuning_.proof.least_room))
             report.status = Status::NO_POSTURE;
-        report.to = proof.violated.back();
+        report.to = at.back();
         report.reached = report.from;
         branch.sections = std::move(finer.sections);
         branch.way = std::move(finer.way);
@@ -822,7 +835,8 @@ private:
             if (branch.way.size() < 2) continue;
             lift_way(branch);
             plan_.stretches = curve_of(branch);
-            const Proof proof = proven(branch.report.gc, plan_.stretches);
+            int looks = most_looks_;
+            const Proof proof = proven(branch.report.gc, plan_.stretches, looks);
             const double end = proof.certified() ? 1.0 : proof.open.front();
             while (!plan_.stretches.empty() && plan_.stretches.back().end > end) plan_.stretches.pop_back();
             plan_.gc = branch.report.gc;
@@ -900,7 +914,9 @@ private:
     const FamilyTuning& tuning_;
     const Limits limits_;
     bool has_a_turn_[joints];
-    double length_ = 0;  // how far the path turns the arm (rad)
+    double length_ = 0;              // how far the path turns the arm (rad)
+    std::size_t most_sections_ = 0;  // of a branch; with more it is given up
+    int most_looks_ = 0;             // at cells that the proofs of a branch may take
     End ends_[2];
     std::vector<Branch> branches_;
     Plan plan_;

@@ -27,9 +27,10 @@ struct OnSelfMotion {
 ///   arm()                           the arm itself, which functions of scenes and targets take
 ///   rows()                          the arm with signs, offsets and limits in the robot's order
 ///   on(q)                           the free number and the branch of joints q
-///   place(pose, gc, lambda, d)      directions of a posture; returns the room, a share of the reach, that is
-///                                   positive where there is one: 0 at a fold and at the end of the reach
-///                                   of an explicit family
+///   place(pose, gc, lambda, near, d)  directions of a posture; returns the room, a share of the reach, that
+///                                   is positive where there is one: 0 at a fold and at the end of the reach
+///                                   of an explicit family. Of several postures, which an explicit family
+///                                   does not have, it takes that near joints `near`, which may be null
 ///   arcs(pose, limits, asked, out)  the feasible arcs of the branches asked (bit k: GC k)
 ///   keep_margin(q, limits)          draws limits in to the joints that keep the arm's singularity margin, in
 ///                                   the branch and the revolutions of q
@@ -43,7 +44,7 @@ concept planned_family =
         f.arm();
         { f.rows() } -> std::same_as<const Arm&>;
         { f.on(q) } -> std::same_as<OnSelfMotion>;
-        { f.place(pose, 0, 0.0, d) } -> std::same_as<double>;
+        { f.place(pose, 0, 0.0, q, d) } -> std::same_as<double>;
         f.arcs(pose, limits, 0xffu, arcs);
         f.keep_margin(q, drawn_in);
         { f.excess(pose) } -> std::same_as<double>;
@@ -56,7 +57,7 @@ template <class F>
 concept explicit_family =
     planned_family<F> && requires(const F& f, const Pose<Jet<Interval, 1>>& cell,
                                   const Jet<Interval, 1>& lambda, Directions<Jet<Interval, 1>>& d) {
-        { f.place(cell, 0, lambda, d) } -> std::same_as<Jet<Interval, 1>>;
+        { f.place(cell, 0, lambda, nullptr, d) } -> std::same_as<Jet<Interval, 1>>;
     };
 
 }  // namespace armangle

@@ -96,10 +96,11 @@ Shown look_at_cell(const Arm& arm, const Limits& limits, const Place& place, con
 
 /// Proves that the joints keep their limits, and `claim`, over a whole stretch, by bisection. Calls
 /// left(from, to, broken) for each part that is not proven; `broken` is true if the middle of that part
-/// violates a limit or the claim, or has no solution. `place`, `claim`: see look_at_cell.
+/// violates a limit or the claim, or has no solution. Returns the number of cells it examined. `place`,
+/// `claim`: see look_at_cell.
 template <class Place, class Left, class Claim = detail::AnyWay>
-void prove_stretch(const Arm& arm, const Limits& limits, const Place& place, const StraightWay& way,
-                   const ProofTuning& tuning, const Left& left, const Claim& claim = {}) {
+int prove_stretch(const Arm& arm, const Limits& limits, const Place& place, const StraightWay& way,
+                  const ProofTuning& tuning, const Left& left, const Claim& claim = {}) {
     struct Cell {
         double from, to;
         int depth;
@@ -114,7 +115,7 @@ void prove_stretch(const Arm& arm, const Limits& limits, const Place& place, con
         const detail::Shown shown =
             spent ? detail::Shown::open
                   : detail::look_at_cell(arm, limits, place, way, cell.from, cell.to, tuning, claim);
-        ++looks;
+        looks += !spent;
         if (shown == detail::Shown::proven) continue;
         if (shown == detail::Shown::broken || spent || cell.depth == tuning.depth || count + 2 > most) {
             left(cell.from, cell.to, shown == detail::Shown::broken);
@@ -123,6 +124,7 @@ void prove_stretch(const Arm& arm, const Limits& limits, const Place& place, con
         stack[count++] = {middle, cell.to, cell.depth + 1};
         stack[count++] = {cell.from, middle, cell.depth + 1};
     }
+    return looks;
 }
 
 }  // namespace armangle

@@ -124,7 +124,7 @@ int main() {
             const Segment g = beside(tool_pose(arm, q));
             const auto [lambda, gc] = family.on(q);
             const auto place = [&, from = lambda, branch = gc]<class T>(const T& s, Directions<T>& d) {
-                return family.place(pose_at(g, s), branch, T(from) + T(turned) * s, d);
+                return family.place(pose_at(g, s), branch, T(from) + T(turned) * s, nullptr, d);
             };
             look(arm.own, place, offset);
         }

@@ -237,20 +237,20 @@ inline bool find_near_seed(const OffsetChain& arm, const Pose<double>& flange, c
     return is_of(arm, branch, out, tuning);
 }
 
-/// Finds the posture by all methods, at last from the seed (q, or null). Otherwise UNREACHABLE, which is
-/// certain, or NEAR_SINGULAR: no posture in the branch was found.
+/// Finds the posture by all methods, first from the seed (q, or null): near where branches meet a branch may
+/// hold several. Otherwise UNREACHABLE, which is certain, or NEAR_SINGULAR: no posture in the branch was
+/// found.
 inline Status find_posture(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
                            const OffsetBranch& branch, const double* seed, ChainPosture& out,
                            const OffsetChainTuning& tuning = {}) noexcept {
+    if (seed && find_near_seed(arm, flange, theta_7, branch, seed, out, tuning)) return Status::OK;
     if (find_at_once(arm, flange, theta_7, branch, out, tuning)) return Status::OK;
     if (certain_excess(arm, flange, theta_7) > 0) return Status::UNREACHABLE;
     nominal_posture(arm.nominal, flange, theta_7, branch, out.angle);
     for (int part = 1; part < tuning.parts; ++part)
         solve_on_pose(grown(arm, static_cast<double>(part) / tuning.parts), flange, 6, tuning, out);
     solve_on_pose(arm, flange, 6, tuning, out);
-    if (is_of(arm, branch, out, tuning)) return Status::OK;
-    const bool beside = seed && find_near_seed(arm, flange, theta_7, branch, seed, out, tuning);
-    return beside ? Status::OK : Status::NEAR_SINGULAR;
+    return is_of(arm, branch, out, tuning) ? Status::OK : Status::NEAR_SINGULAR;
 }
 
 /// The directions of the robot's joints.
@@ -273,20 +273,17 @@ inline Status directions(const OffsetChain& arm, const Pose<double>& pose, doubl
                          const double* seed, Directions<double>& d) noexcept {
     const Pose<double> flange = flange_pose(arm, pose);
     const SinCos<double> theta_7 = sin_cos(to_theta(arm.nominal.rest, 6, free));
-    const OffsetBranch branch = configuration(gc);
-    const OffsetChainTuning tuning;
     detail::ChainPosture found;
-    Status status = Status::OK;
-    if (!seed || !detail::find_near_seed(arm, flange, theta_7, branch, seed, found, tuning))
-        status = detail::find_posture(arm, flange, theta_7, branch, nullptr, found, tuning);
+    const Status status = detail::find_posture(arm, flange, theta_7, configuration(gc), seed, found);
     d = detail::directions_of(arm, found);
     return status;
 }
 
-/// The joint values of the true chain for a pose, a value of the free joint (rad) and a branch, each in the
-/// revolution within its limits nearest to the seed, or to the middle of its range without one. Otherwise
-/// they are NaN and the status is UNREACHABLE, BAD_INPUT or NEAR_SINGULAR: no solution in the branch is
-/// found, near where two branches meet.
+/// The joint values of the true chain for a pose, a value of the free joint (rad) and a branch: of the
+/// solution that Newton's method finds from the joints of the seed, or else of any, each in the revolution
+/// within its limits nearest to the seed, or to the middle of its range without one. Otherwise they are NaN
+/// and the status is UNREACHABLE, BAD_INPUT or NEAR_SINGULAR: no solution in the branch is found, near where
+/// two branches meet.
 inline Inverse inverse(const OffsetChain& arm, const Pose<double>& pose, double free, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;

@@ -68,11 +68,13 @@ public:
         return {q[robot_joint(*arm_, 6)], forward(*arm_, q).gc};
     }
 
-    /// Writes the directions of the joints at a value of the free joint (rad) to `out`. Returns 1 if a
-    /// posture is found, else -1: how far it is from where there is none is not known.
-    double place(const Pose<double>& pose, int gc, double free, Directions<double>& out) const noexcept {
+    /// Writes the directions of the joints at a value of the free joint (rad) to `out`: of the posture that
+    /// Newton's method finds from joints `near` (or null), or else of any. Returns 1 if a posture is found,
+    /// else -1: how far it is from where there is none is not known.
+    double place(const Pose<double>& pose, int gc, double free, const double* near,
+                 Directions<double>& out) const noexcept {
         detail::ChainPosture at;
-        const bool found = posture(flange_pose(*arm_, pose), gc, free, at);
+        const bool found = posture(flange_pose(*arm_, pose), gc, free, near, at);
         out = detail::directions_of(*arm_, at);
         return found ? 1.0 : -1.0;
     }
@@ -80,13 +82,13 @@ public:
     /// The same with Taylor coefficients.
     template <int K>
     Jet<double, K> place(const Pose<Jet<double, K>>& pose, int gc, const Jet<double, K>& free,
-                         Directions<Jet<double, K>>& out) const noexcept {
+                         const double* near, Directions<Jet<double, K>>& out) const noexcept {
         using J = Jet<double, K>;
         const Pose<J> flange = flange_pose(*arm_, pose);
         const Pose<double> here = each_of<double>(flange, [](const J& x) { return x.value(); });
         detail::ChainPosture at;
         double back[6][6];
-        if (!posture(here, gc, free.value(), at) || !inverse_at(here, at, back)) return J(-1.0);
+        if (!posture(here, gc, free.value(), near, at) || !inverse_at(here, at, back)) return J(-1.0);
         SinCos<J> angle[joints];
         for (int j = 0; j < 6; ++j) angle[j] = {J(at.angle[j].sin), J(at.angle[j].cos)};
         angle[6] = sin_cos(theta_7_of(free));
@@ -101,12 +103,13 @@ public:
         return J(1.0);
     }
 
-    /// The same over a piece of a path: pose(s) and free(s) on any scalar. `out` bounds the joints; its
-    /// derivatives bound their differences from the middle. Returns -1 if it is not proven that there is
-    /// exactly one posture near those found at the middle and at both ends, and that it stays in the branch.
-    template <class PoseAt, class FreeAt>
-    Jet<Interval, 1> enclose(const PoseAt& pose, const FreeAt& free, int gc, const Interval& s,
-                             Directions<Jet<Interval, 1>>& out) const noexcept {
+    /// The same over a piece of a path: pose(s) and free(s) on any scalar, joints near(s). `out` bounds the
+    /// joints; its derivatives bound their differences from the middle. Returns -1 if it is not proven that
+    /// there is exactly one posture near those found at the middle and at both ends, and that it stays in the
+    /// branch.
+    template <class PoseAt, class FreeAt, class Near>
+    Jet<Interval, 1> enclose(const PoseAt& pose, const FreeAt& free, const Near& near, int gc,
+                             const Interval& s, Directions<Jet<Interval, 1>>& out) const noexcept {
         using J = Jet<double, 3>;
         const Jet<Interval, 1> none(Interval(-1.0));
         const auto equations = [&]<class T>(const T& at, const SinCos<T>* angle) noexcept {
@@ -119,7 +122,7 @@ public:
         SinCos<double> angle[joints];
         detail::InverseSlope<double> back;
         detail::JointTube tube;
-        if (!(place(pose(at), gc, free(at), d).value() > 0)) return none;
+        if (!(place(pose(at), gc, free(at), near(middle).q, d).value() > 0)) return none;
         for (int j = 0; j < joints; ++j) {
             series[j] = atan2(d.y[j], d.x[j]);
             angle[j] = sin_cos(series[j].value());
@@ -128,7 +131,7 @@ public:
         if (!detail::enclose_joints(equations, series, back, s.lo, s.hi, tube)) return none;
         for (const double end : {s.lo, s.hi}) {
             Directions<double> e;
-            if (!(place(pose(end), gc, free(end), e) > 0)) return none;
+            if (!(place(pose(end), gc, free(end), near(end).q, e) > 0)) return none;
             for (int j = 0; j < joints; ++j) {
                 const Interval off =
                     tube.range(j, Interval(end - middle), 0.0) - Interval(atan2(e.y[j], e.x[j]));
@@ -191,10 +194,12 @@ private:
         return (of(1).sin * Interval(branch.shoulder)).lo > 0 && (bend * Interval(branch.elbow)).lo > 0 &&
                (of(4).cos * Interval(branch.wrist)).lo > 0;
     }
-    /// Finds the posture of a flange pose at a value of the free joint (rad); false if it finds none.
-    bool posture(const Pose<double>& flange, int gc, double free, detail::ChainPosture& out) const noexcept {
-        return detail::find_posture(*arm_, flange, sin_cos(theta_7_of(free)), configuration(gc), nullptr,
-                                    out) == Status::OK;
+    /// Finds the posture of a flange pose at a value of the free joint (rad), if there are several that near
+    /// joints `near` (or null); false if it finds none.
+    bool posture(const Pose<double>& flange, int gc, double free, const double* near,
+                 detail::ChainPosture& out) const noexcept {
+        return detail::find_posture(*arm_, flange, sin_cos(theta_7_of(free)), configuration(gc), near, out) ==
+               Status::OK;
     }
     /// Writes the inverse of the six equations' Jacobian at a posture to `out`; false if it is singular.
     bool inverse_at(const Pose<double>& flange, const detail::ChainPosture& at,
