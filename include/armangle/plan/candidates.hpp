@@ -47,7 +47,6 @@ inline constexpr double beside = 5e-3;  // distance from the phi where a joint's
 inline constexpr int least = 5;         // configurations on an arc, however narrow
 inline constexpr double move = 0.5;     // largest move of a joint from one to the next (rad) ...
 inline constexpr int passes = 12;       // ... after at most so many insertions
-inline constexpr int windings = 2;      // turns of a joint, either way from the middle of its range
 }  // namespace candidate_tuning
 
 namespace detail {
@@ -87,10 +86,8 @@ struct Window {
 /// Computes the configurations of a section among which a plan is searched.
 class Candidates {
 public:
-    /// `spread`: the number of revolutions that are tried at the first section for joints with a range above
-    /// 2 pi, on either side of the nearest one.
-    Candidates(const Task& task, const Objective& objective, int spread)
-        : task_(task), objective_(objective), spread_(spread) {
+    /// Keeps references to task and objective.
+    Candidates(const Task& task, const Objective& objective) : task_(task), objective_(objective) {
         const double far = tolerance::largest_angle;
         for (int j = 0; j < joints; ++j) {
             lower_[j] = max(task.limits.lower[j], -far) - tolerance::angle;
@@ -111,21 +108,12 @@ public:
             for (int pass = 0; pass < candidate_tuning::passes && refine(l); ++pass) {}
             for (const Point& p : points_)
                 if (!is_end(p, l, tube.arc(l)[k])) put(p, k, window, out);
-            add_held(tube.arc(l)[k]);
-            solve(l, points_);
-            for (const Point& p : points_) put(p, k, window, out);
         }
     }
 
     /// Sets joints q near which the revolutions at a first section are chosen, instead of the middles of the
     /// ranges. Keeps the pointer.
     void set_reference(const double* q) noexcept { reference_ = q; }
-
-    /// Adds a phi that each section tries, for example that of the start or goal; at most two.
-    void hold(double phi) noexcept { held_[held_count_++] = phi; }
-
-    /// Whether the limits permit more revolutions at the first section than were tried.
-    bool left_windings_out() const noexcept { return left_out_; }
 
     /// Adds the configuration q with which a plan must begin or end, whatever its margin.
     void put_fixed(double phi, std::uint32_t arc, const double* q, Postures& out) const {
@@ -171,16 +159,6 @@ private:
         if (!full) points_.push_back({arc.lower, {}});
         for (int i = 0; i < n; ++i) points_.push_back({arc.lower + width * (i + (full ? 0.0 : 0.5)) / n, {}});
         if (!full) points_.push_back({arc.upper, {}});
-    }
-
-    /// Replaces the points by those phi of hold() that lie on an arc. Their theta is not set.
-    void add_held(const Arc& arc) {
-        points_.clear();
-        for (int i = 0; i < held_count_; ++i) {
-            const double phi = lift(held_[i], 0.5 * (arc.lower + arc.upper));
-            if (phi >= arc.lower - tolerance::angle && phi <= arc.upper + tolerance::angle)
-                points_.push_back({phi, {}});
-        }
     }
 
     /// Whether a point is an end of an arc, which only shows how far joints move up to it; false if the arc
@@ -259,23 +237,12 @@ private:
         return true;
     }
 
-    /// Default value of a joint without other reference: the middle of its range (0 unless both limits are
-    /// finite), or its fixed value.
-    double at_rest(int j) const noexcept {
-        const bool held = task_.arm.roll_free && j == joints - 1;
-        return held ? to_q(task_.arm, j, task_.held_theta_7) : armangle::middle(task_.limits, j);
-    }
-
-    /// The revolutions to add to value q of joint j at a first section: of those from `fewest` to `most`,
-    /// some around the reference, or the middle of the range. A joint whose revolution cannot change, or does
-    /// not matter, has one.
-    Turns first_turns(int j, double q, double fewest, double most) noexcept {
-        const bool fixed = j % 2 == 1 || is_unlimited(task_.limits, j);
-        const double near = reference_ ? reference_[j] : at_rest(j);
-        const double middle = min(max(round((near - q) / two_pi), fewest), most),
-                     spread = fixed ? 0 : spread_;
-        left_out_ = left_out_ || (!fixed && (fewest < middle - spread || most > middle + spread));
-        return {static_cast<int>(max(fewest, middle - spread)), static_cast<int>(min(most, middle + spread))};
+    /// The revolution to add to value q of joint j at a first section: of those from `fewest` to `most`, the
+    /// one nearest to the reference, or to the middle of the range; none if there is none.
+    Turns first_turn(int j, double q, double fewest, double most) const noexcept {
+        const double near = reference_ ? reference_[j] : task_.at_rest(j);
+        const double turn = min(max(round((near - q) / two_pi), fewest), most);
+        return {static_cast<int>(max(fewest, turn)), static_cast<int>(turn)};
     }
 
     /// Adds the configurations of a point on the arc with index `arc`: all revolutions within the limits and
@@ -302,7 +269,7 @@ private:
         for (int j = 0; j < joints; ++j) {
             const bool led = window.set && !is_unlimited(task_.limits, j);
             const Turns range = led ? Turns{static_cast<int>(least[0][j]), static_cast<int>(least[1][j])}
-                                    : first_turns(j, at_q[j], ends[0][j], ends[1][j]);
+                                    : first_turn(j, at_q[j], ends[0][j], ends[1][j]);
             if (range.last < range.first) return;
             group.q[j] = at_q[j] + two_pi * range.first;
             group.count[j] = range.last - range.first + 1;
@@ -322,12 +289,8 @@ private:
 
     const Task& task_;
     const Objective& objective_;
-    int spread_;
     double lower_[joint_slots] = {}, upper_[joint_slots] = {};  // limits, with their tolerance
-    bool left_out_ = false;
     const double* reference_ = nullptr;
-    double held_[2];  // phi that each section tries, if its arcs hold it
-    int held_count_ = 0;
     std::vector<Point> points_, between_, finer_;
     std::vector<double> ends_;        // of an arc, and of the turns on it
     std::vector<std::size_t> after_;  // points_[after_[i]] is followed by between_[i]

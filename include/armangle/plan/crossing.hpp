@@ -6,17 +6,17 @@
 //             |        ` . _        it leads, and phi follows (psi_from_joint.hpp).
 //             |    GC 1     ` '
 //
-// The search is that of way.hpp over the configurations of several branches at once. It adds grids of the
-// leading angle near theta_2 = 0 (theta_6 = 0). Links join configurations of one branch, or of two that meet
-// there, by |dq| alone. Each row then moves along the fastest of phi, theta_1 and theta_5, with finite rates
-// of all joints, to the least travel. Runs of rows with the same leader become splines that join twice
-// differentiably. certify.hpp proves the result; otherwise it is dropped.
+// The search is dynamic programming over the configurations of several branches at once (candidates.hpp). It
+// adds grids of the leading angle near theta_2 = 0 (theta_6 = 0). Links join configurations of one branch, or
+// of two that meet there, by |dq| alone. Each row then moves along the fastest of phi, theta_1 and theta_5,
+// with finite rates of all joints, to the least travel. Runs of rows with the same leader become splines that
+// join twice differentiably. certify.hpp proves the result; otherwise it is dropped.
 #pragma once
 
 #include <memory>
 
 #include "certify.hpp"
-#include "way.hpp"
+#include "anchor.hpp"
 
 #include "../names/begin.hpp"
 
@@ -255,7 +255,7 @@ private:
         std::size_t n = asked_.sections.size();
         std::vector<std::vector<Node>> layers(n);
         std::vector<std::vector<int>> branch(n);
-        std::vector<Candidates> candidates(asked_.branches.size(), Candidates(task_, plain, 0));
+        std::vector<Candidates> candidates(asked_.branches.size(), Candidates(task_, plain));
         std::vector<Block> blocks, before;
         std::vector<EightBlocks> eights;
         Window window;
@@ -523,7 +523,7 @@ private:
         }
     }
 
-    // ---- smoothing: Gauss-Newton steps with Marquardt's damping, as relax.hpp
+    // ---- smoothing: Gauss-Newton steps with Marquardt's damping
 
     /// The cost of the path: joint travel, distances from limits, and distances from the target.
     double energy() const noexcept {

@@ -1,6 +1,7 @@
 // Sums over samples of a curve: its cost, its travel, its least margins and the branches that it uses.
 #pragma once
 
+#include "branch_search.hpp"
 #include "curve.hpp"
 #include "objective.hpp"
 #include "plan_ends.hpp"
@@ -176,11 +177,11 @@ public:
     }
 
     /// The least margin (rad) of joint 4 along a path.
-    double least_elbow_margin(const Tube& t, const Way& way) const noexcept {
+    double least_elbow_margin(const SearchedBranch& branch) const noexcept {
         double least = infinity;
-        for (std::size_t k = 0; k < way.rows.size(); ++k)
-            least = min(least, elbow_margin(task_, objective_, way.rows[k].q[3],
-                                            t.sections[k].motion.circle.triangle.eta));
+        for (std::size_t k = 0; k < branch.way.size(); ++k)
+            least = min(least, elbow_margin(task_, objective_, branch.way[k].q[3],
+                                            task_.circle_at(branch.sections[k].s).triangle.eta));
         return least;
     }
 

@@ -193,14 +193,6 @@ public:
         return assemble<2>(control_, here_);
     }
 
-    /// The objective, with the cost that enforces limits, of the curve with these spline coefficients of phi
-    /// (rad) on the breaks; infinite beyond limits. From now on `quadrature`, which must outlive the object,
-    /// is the present one.
-    double objective_of(const Quadrature& quadrature, const std::vector<double>& control) {
-        quadrature_ = &quadrature;
-        return assemble<0>(control, there_) ? there_.energy : infinity;
-    }
-
     /// The present cost.
     double energy() const noexcept { return here_.energy; }
     /// The present cost by its terms.

@@ -5,15 +5,12 @@
 //     path -> sections -> search -> descent -> spline -> certify -> plan
 //                ^          | no way    ^                   | a limit is broken, or it is open, there
 //                +----------+           +-- more sections --+
-//
-// The search is dynamic programming over a grid of each arc; a link is how far, and how fast, the joints
-// move. The descent is Newton's method on the numbers at all sections at once: travel and duration make a
-// tridiagonal system (Gauss-Newton), margins and wishes its diagonal.
 #pragma once
 
 #include <algorithm>
 #include <vector>
 
+#include "branch_search.hpp"
 #include "family_curve.hpp"
 #include "family_tuning.hpp"
 #include "planner.hpp"
@@ -28,6 +25,11 @@ namespace detail {
 /// ignored, and so is a free roll.
 template <planned_family F>
 class FamilyPlanner {
+    using Section = BranchSection;
+    using State = BranchState;
+    using Branch = SearchedBranch;
+    using End = BranchEnd;
+
 public:
     /// Keeps the path of n segments and computes the redundant parameter and branch of given start and goal
     /// joints.
@@ -36,10 +38,21 @@ public:
         : family_(family),
           path_(segments, n),
           options_(options),
-          objective_(options.objective),
           tuning_(tuning),
-          limits_(drawn_in(family.rows().limits, options.limit_margin)) {
-        for (int j = 0; j < joints; ++j) has_a_turn_[j] = has_a_turn(limits_, j);
+          limits_(drawn_in(family.rows().limits, options.limit_margin)),
+          spread_(path_, family.rows().reach, tuning),
+          objective_(with_slowness(options.objective, options.bounds, spread_.length)),
+          search_(
+              family, limits_, objective_, spread_.length, options.checkpoint,
+              [this](double s, int gc) {
+                  Section all[configurations];
+                  look(s, 1u << gc, all);
+                  return all[gc];
+              },
+              [this](double s, const double* q) {
+                  return options_.scenes && !is_clear(family_.arm(), options_.scenes.at(s), q);
+              },
+              tuning) {
         if (options.start) ends_[0] = end(options.start, 0.0);
         if (options.goal) ends_[1] = end(options.goal, 1.0);
     }
@@ -72,44 +85,13 @@ public:
     }
 
 private:
-    struct Section {
-        double s;
-        Pose<double> pose;
-        ArcSet arcs, unproven;  // all that may be used, and what of it is not proven
-        Status status;
-        Tag pair;       // that touches, where obstacles leave nothing
-        double wished;  // the target of the redundant parameter; NaN if none is best
-    };
-    /// A configuration with two derivatives with respect to the redundant parameter.
-    struct State {
-        double free, q[joints], slope[joints], theta[joints];
-        double cost, cost_1, cost_2;  // of margins and the wish
-        double margin, elbow_margin;
-    };
-    struct Branch {
-        BranchReport report;
-        std::vector<Section> sections;
-        std::vector<State> way;  // at the first sections, all of them where there is a way
-        double cost = infinity;
-    };
-    /// A start or a goal.
-    struct End {
-        const double* q = nullptr;
-        double lambda = 0, gap = 0;
-        int gc = -1;
-    };
-    struct Node {
-        State state;
-        double cost;
-        int from;
-    };
-
     /// Whether branch a comes before b: those with a path by cost, then the others by how far they lead.
     static bool before(const BranchReport& a, const BranchReport& b) noexcept {
         if ((a.verdict == Verdict::ok) != (b.verdict == Verdict::ok)) return a.verdict == Verdict::ok;
         if (a.verdict == Verdict::ok) return a.cost < b.cost;
         return a.elsewhere != b.elsewhere ? b.elsewhere : a.reached > b.reached;
     }
+
     /// Calls the caller's checkpoint, if any, which may throw to stop the computation.
     void pass_checkpoint() const {
         if (options_.checkpoint) options_.checkpoint();
@@ -117,67 +99,6 @@ private:
     /// The pose at s.
     Pose<double> pose(double s) const noexcept {
         return pose_at(path_[segment_index(path_.data(), path_.size(), s)], s);
-    }
-
-    // -- postures
-
-    /// Computes the configuration of a value of the redundant parameter, in the revolution nearest to `near`,
-    /// or to the middles of the limits if it is null. False if there is no solution.
-    bool state(const Section& at, int gc, double free, const double* near, State& out) const noexcept {
-        using J = Jet<double, 2>;
-        const Arm& rows = family_.rows();
-        const Mat3<double>& turned = at.pose.rotation;
-        const Pose<J> fixed{{spread<J>(turned.x), spread<J>(turned.y), spread<J>(turned.z)},
-                            spread<J>(at.pose.position)};
-        Directions<J> d;
-        if (!(family_.place(fixed, gc, J::variable(free), near, d).value() > 0)) return false;
-        J theta[joints], cost(0.0);
-        out.free = free;
-        out.margin = out.elbow_margin = infinity;
-        const Objective& w = objective_;
-        const auto weigh = [&](const J& distance, Kind kind, double& margin) {
-            if (!(weight(w, kind) > 0)) return;
-            margin = min(margin, distance.value());
-            cost = cost + J(weight(w, kind)) * armangle::cost(distance, kind, w.enough);
-        };
-        for (int j = 0; j < joints; ++j) {
-            theta[j] = atan2(d.y[j], d.x[j]);
-            out.theta[j] = theta[j].value();
-            const double value = to_q(rows, j, out.theta[j]);
-            out.q[j] = lift(value, near ? near[j] : rows.joint_middle[j]);
-            J q = theta[j] * J(rows.sign[j]);
-            q.coefficient[0] = out.q[j];
-            out.slope[j] = q.coefficient[1];
-            double& margin = j == 3 ? out.elbow_margin : out.margin;
-            if (limits_.lower[j] > -infinity) weigh(q - J(limits_.lower[j]), Kind::limit, margin);
-            if (limits_.upper[j] < infinity) weigh(J(limits_.upper[j]) - q, Kind::limit, margin);
-        }
-        family_.singular_distances(theta, [&](const J& x) { weigh(x, Kind::singularity, out.margin); });
-        cost = cost * J(margin_scale(length_));
-        if (!is_nan(at.wished)) {
-            const J off = J::variable(free) - J(at.wished);
-            cost = cost + J(w.psi * wish_scale(length_)) * (J(2.0) - J(2.0) * sin_cos(off).cos);
-        }
-        out.cost = cost.value();
-        out.cost_1 = cost.coefficient[1];
-        out.cost_2 = 2 * cost.coefficient[2];
-        return out.cost == out.cost;
-    }
-
-    /// The same, and false if the value is not proven and touches an obstacle.
-    bool clear_state(const Section& at, int gc, double free, const double* near, State& out) const noexcept {
-        return state(at, gc, free, near, out) && !touches(at, free, out.q);
-    }
-    /// Whether joints of a section touch an obstacle; false where that is proven of their redundant
-    /// parameter.
-    bool touches(const Section& at, double free, const double* q) const noexcept {
-        if (!options_.scenes || find(at.unproven, wrap(free)).index < 0) return false;
-        return !is_clear(family_.arm(), options_.scenes.at(at.s), q);
-    }
-
-    /// The difference of two values of joint j (rad): the shorter way round if its range is at least 2 pi.
-    double way(int j, double from, double to) const noexcept {
-        return has_a_turn_[j] ? wrap(to - from) : to - from;
     }
 
     /// The place of given joints at an end of the path; `gap` is infinite if they do not solve its pose.
@@ -214,7 +135,8 @@ private:
             if (!(asked >> gc & 1u)) continue;
             Tag pair = 0;
             keep_open(s, at, gc, found[gc], pair);
-            out[gc] = {s, at, found[gc].arcs, found[gc].open, found[gc].status, pair, not_a_number};
+            out[gc] = {s, at, found[gc].arcs, nullptr, found[gc].status, pair, not_a_number};
+            if (!found[gc].open.empty()) out[gc].unproven = std::make_shared<const ArcSet>(found[gc].open);
         }
     }
     /// Reduces arcs to those that the user permits and in which the arm is collision-free; `pair` is the one
@@ -265,34 +187,7 @@ private:
     /// Computes sections at equal distances along the tool's path and at changes of the scene, for all
     /// permitted branches that contain the given ends.
     void survey() {
-        const double reach = family_.rows().reach;
-        constexpr int parts = 8;
-        std::vector<double> at{0.0}, gone{0.0};
-        Pose<double> last = pose(0.0);
-        for (const Segment& g : path_)
-            for (int k = 1; k <= parts; ++k) {
-                const double s = k < parts ? g.start + (g.end - g.start) * k / parts : g.end;
-                const Pose<double> here = pose_at(g, s);
-                const Twist moved = difference(last, here);
-                length_ += norm(moved.linear) / reach + norm(moved.angular);
-                at.push_back(s);
-                gone.push_back(length_ + tuning_.spacing * s);
-                last = here;
-            }
-        length_ = max(length_, tube_parameter_tuning::least_length);
-        weigh_joints(options_.bounds, length_, objective_);
-        const double whole = gone.back();
-        const int count =
-            std::max(tuning_.least_sections - 1, static_cast<int>(std::ceil(whole / tuning_.spacing)));
-        std::vector<double> base{0.0};
-        std::size_t i = 1;
-        for (int k = 1; k < count; ++k) {
-            const double wanted = whole * k / count;
-            while (i + 1 < gone.size() && gone[i] < wanted) ++i;
-            const double share = (wanted - gone[i - 1]) / (gone[i] - gone[i - 1]);
-            base.push_back(at[i - 1] + share * (at[i] - at[i - 1]));
-        }
-        base.push_back(1.0);
+        std::vector<double> base = spread_.s;
         most_sections_ = base.size() * static_cast<std::size_t>(tuning_.rounds);
         most_looks_ = static_cast<int>(most_sections_) * tuning_.proof.looks;
         for (int k = 1; k < options_.scenes.count; ++k) base.push_back(options_.scenes.begin(k));
@@ -304,6 +199,7 @@ private:
             if (!(options_.branches >> gc & 1u)) continue;
             Branch& branch = branches_.emplace_back();
             branch.report.gc = gc;
+            for (int k = 0; k < 2; ++k) branch.ends[k] = ends_[k];
             for (int k = 0; k < 2; ++k)
                 if (ends_[k].q && ends_[k].gc != gc) {
                     branch.report.verdict = k ? Verdict::goal : Verdict::start;
@@ -319,134 +215,18 @@ private:
         }
     }
 
-    /// Inserts a section of the branch half way between its sections k and k + 1; false, without a change, if
-    /// they are too close.
-    bool halve(Branch& branch, std::size_t k) const {
-        const double a = branch.sections[k].s, b = branch.sections[k + 1].s, s = 0.5 * (a + b);
-        if (!(b - a > tube_parameter_tuning::same)) return false;
-        Section all[configurations];
-        look(s, 1u << branch.report.gc, all);
-        branch.sections.insert(branch.sections.begin() + static_cast<std::ptrdiff_t>(k) + 1,
-                               all[branch.report.gc]);
-        return true;
-    }
-
-    // -- search
-
-    /// Whether the arcs of a section contain a given end, up to rounding, which does not touch an obstacle.
-    bool is_held(const Section& at, const End& end) const noexcept {
-        return abs(wrap(nearest(at.arcs, wrap(end.lambda)) - end.lambda)) <= tuning_.beside &&
-               !touches(at, end.lambda, end.q);
-    }
-    /// The start or goal that section k must use; null: none.
-    const End* anchor(const Branch& branch, std::size_t k) const noexcept {
-        if (k == 0 && ends_[0].q) return &ends_[0];
-        return k + 1 == branch.sections.size() && ends_[1].q ? &ends_[1] : nullptr;
-    }
-
-    /// The configurations of section k that the search tries: that of a given end, or some on each arc; empty
-    /// if the section has no arc, or not that of the end.
-    std::vector<Node> nodes(const Branch& branch, std::size_t k) const {
-        std::vector<Node> out;
-        const Section& section = branch.sections[k];
-        const auto add = [&](double free, const double* near) {
-            Node node{{}, infinity, -1};
-            if (clear_state(section, branch.report.gc, free, near, node.state) &&
-                within_limits(limits_, node.state.q, tolerance::angle))
-                out.push_back(node);
-        };
-        if (const End* end = anchor(branch, k)) {
-            if (is_held(section, *end)) add(end->lambda, end->q);
-            return out;
-        }
-        for (int i = 0; i < section.arcs.count; ++i) {
-            const Arc& arc = section.arcs.arc[i];
-            const double width = arc.upper - arc.lower;
-            const double inset = min(tuning_.inset, tuning_.inset_share * width);
-            const double low = arc.lower + inset, high = arc.upper - inset;
-            const double first = std::ceil(low / tuning_.step) * tuning_.step;
-            add(low, nullptr);
-            for (double free = first; free < high; free += tuning_.step)
-                if (free > low) add(free, nullptr);
-            if (high > low) add(high, nullptr);
-        }
-        return out;
-    }
-
-    /// Finds the path of least cost from section to section, stores it in the branch as far as it leads, and
-    /// returns the number of sections reached.
-    std::size_t search(Branch& branch) const {
-        std::vector<std::vector<Node>> layer;
-        const Objective& w = objective_;
-        for (std::size_t k = 0; k < branch.sections.size(); ++k) {
-            pass_checkpoint();
-            std::vector<Node> here = nodes(branch, k);
-            bool reached = k == 0 && !here.empty();
-            for (Node& to : here) {
-                if (k == 0) {
-                    to.cost = 0;
-                    continue;
-                }
-                const double ds = branch.sections[k].s - branch.sections[k - 1].s;
-                const std::vector<Node>& last = layer.back();
-                for (std::size_t i = 0; i < last.size(); ++i) {
-                    const Node& from = last[i];
-                    if (!(from.cost < to.cost)) continue;
-                    double sum = 0, most = 0, rate[joints];
-                    for (int j = joints - 1; j >= 0 && most <= tuning_.link; --j) {
-                        const double move = way(j, from.state.q[j], to.state.q[j]);
-                        most = max(most, abs(move));
-                        sum += move * move;
-                        rate[j] = move / ds;
-                    }
-                    if (most > tuning_.link) continue;
-                    double cost =
-                        from.cost + w.travel * sum / ds + 0.5 * ds * (from.state.cost + to.state.cost);
-                    if (!(cost < to.cost)) continue;
-                    cost += ds * hurry(w, length_, rate);
-                    if (!(cost < to.cost)) continue;
-                    to.cost = cost;
-                    to.from = static_cast<int>(i);
-                    reached = true;
-                }
-            }
-            if (!reached) break;
-            std::erase_if(here, [](const Node& node) { return !(node.cost < infinity); });
-            layer.push_back(std::move(here));
-        }
-        branch.way.clear();
-        if (layer.empty()) return 0;
-        const auto least = std::min_element(layer.back().begin(), layer.back().end(),
-                                            [](const Node& a, const Node& b) { return a.cost < b.cost; });
-        std::size_t at = static_cast<std::size_t>(least - layer.back().begin());
-        branch.way.resize(layer.size());
-        for (std::size_t k = layer.size(); k-- > 0;) {
-            branch.way[k] = layer[k][at].state;
-            at = static_cast<std::size_t>(std::max(layer[k][at].from, 0));
-        }
-        return layer.size();
-    }
-
     /// Finds a path in a branch, with sections added where it ends, or writes the report why there is none.
     void find_way(Branch& branch) {
         BranchReport& report = branch.report;
         if (report.elsewhere || refuses_start(branch)) return advance();
-        std::size_t reached = 0;
-        for (int round = 0; round <= tuning_.rounds; ++round) {
-            if (is_shut(branch)) break;
-            reached = search(branch);
-            if (reached == branch.sections.size() || reached == 0) break;
-            report.given_up = round == tuning_.rounds;
-            if (report.given_up || !halve(branch, reached - 1)) break;
-            if (reached >= 2) halve(branch, reached - 2);
-        }
+        const std::size_t reached = search_.find(branch, [this](Branch& x) { return is_shut(x); });
         report.sections = static_cast<unsigned>(branch.sections.size());
         if (report.verdict == Verdict::ok && reached < branch.sections.size()) {
             const std::size_t k = reached;
             const bool at_start = k == 0 && ends_[0].q;
-            const bool at_goal =
-                k + 1 == branch.sections.size() && ends_[1].q && !is_held(branch.sections[k], ends_[1]);
-            const bool unproven = !branch.sections[k].unproven.empty();
+            const bool at_goal = k + 1 == branch.sections.size() && ends_[1].q &&
+                                 !search_.is_held(branch.sections[k], ends_[1]);
+            const bool unproven = branch.sections[k].unproven != nullptr;
             report.verdict = report.given_up || unproven ? Verdict::unresolved : Verdict::dead_end;
             if (at_start) report.verdict = Verdict::start;
             if (at_goal) report.verdict = Verdict::goal;
@@ -457,8 +237,8 @@ private:
             if (at_goal) refuses(ends_[1], 1.0, report);
         }
         if (report.verdict == Verdict::ok) {
-            lift_way(branch);
-            descend(branch);
+            search_.lift_way(branch);
+            search_.descend(branch);
             take_margins(branch, report);
         }
         advance();
@@ -471,7 +251,8 @@ private:
     /// Whether limits, the user or obstacles refuse the start; if so, reports why.
     bool refuses_start(Branch& branch) const {
         BranchReport& report = branch.report;
-        if (!ends_[0].q || is_held(branch.sections.front(), ends_[0]) || !refuses(ends_[0], 0.0, report))
+        if (!ends_[0].q || search_.is_held(branch.sections.front(), ends_[0]) ||
+            !refuses(ends_[0], 0.0, report))
             return false;
         report.verdict = Verdict::start;
         report.sections = static_cast<unsigned>(branch.sections.size());
@@ -525,7 +306,8 @@ private:
             Branch part;
             part.report.gc = report.gc;
             part.sections = ahead;
-            const std::size_t reached = search(part);
+            part.ends[0] = branch.ends[0];
+            const std::size_t reached = search_.search(part);
             if (reached > 0) report.reached = ahead[reached - 1].s;
             branch.way = std::move(part.way);
         }
@@ -533,229 +315,14 @@ private:
         return true;
     }
 
-    // -- descent
-
-    /// The cost of the motion from one configuration to another over ds.
-    double moving(const State& a, const State& b, double ds) const noexcept {
-        double sum = 0, rate[joints];
-        for (int j = 0; j < joints; ++j) {
-            sum += (b.q[j] - a.q[j]) * (b.q[j] - a.q[j]);
-            rate[j] = (b.q[j] - a.q[j]) / ds;
-        }
-        return objective_.travel * sum / ds + ds * hurry(objective_, length_, rate);
-    }
-    /// The part of s that section k represents.
-    double share_of(const std::vector<Section>& x, std::size_t k, std::size_t n) const noexcept {
-        return 0.5 * ((k + 1 < n ? x[k + 1].s : x[k].s) - (k > 0 ? x[k - 1].s : x[k].s));
-    }
-    /// The objective of a path: distances from limits and target, travel and duration, summed over sections.
-    double cost_of(const Branch& branch, const std::vector<State>& way) const noexcept {
-        double sum = 0;
-        for (std::size_t k = 0; k < way.size(); ++k) {
-            sum += share_of(branch.sections, k, way.size()) * way[k].cost;
-            if (k + 1 < way.size())
-                sum += moving(way[k], way[k + 1], branch.sections[k + 1].s - branch.sections[k].s);
-        }
-        return sum;
-    }
-
-    /// Adds turns of 2 pi to the joints of the branch's path, so that they are continuous and, if possible,
-    /// within the limits. It begins at the given start, else ends at the given goal, else begins in the
-    /// revolution with the fewest turns.
-    void lift_way(Branch& branch) const noexcept {
-        std::vector<State>& way = branch.way;
-        if (way.empty()) return;
-        for (std::size_t k = 1; k < way.size(); ++k) way[k].free = lift(way[k].free, way[k - 1].free);
-        for (int j = 0; j < joints; ++j) {
-            if (ends_[0].q) way[0].q[j] = lift(way[0].q[j], ends_[0].q[j]);
-            double low = way[0].q[j], high = low;
-            for (std::size_t k = 1; k < way.size(); ++k) {
-                way[k].q[j] = lift(way[k].q[j], way[k - 1].q[j]);
-                low = min(low, way[k].q[j]);
-                high = max(high, way[k].q[j]);
-            }
-            if (ends_[0].q) continue;
-            double turn = 0;  // as few as keep the limits; of a goal its own
-            const double under = limits_.lower[j] - low - tolerance::angle,
-                         over = high - limits_.upper[j] - tolerance::angle;
-            if (under > 0) turn = std::ceil(under / two_pi);
-            if (over > 0) turn = -std::ceil(over / two_pi);
-            if (ends_[1].q) turn = round((ends_[1].q[j] - way.back().q[j]) / two_pi);
-            for (State& at : way) at.q[j] += two_pi * turn;
-        }
-    }
-
-    /// The value near `wanted` within the arc of a section that contains `free`, slightly inside its ends.
-    double within_arc(const Section& section, double free, double wanted) const noexcept {
-        const double at = nearest(section.arcs, wrap(free));
-        for (int i = 0; i < section.arcs.count; ++i) {
-            const Arc& arc = section.arcs.arc[i];
-            const double middle = 0.5 * (arc.lower + arc.upper), half = 0.5 * (arc.upper - arc.lower);
-            if (abs(lift(at, middle) - middle) > half + tolerance::angle) continue;
-            if (half >= pi - tolerance::angle) return wanted;
-            const double room =
-                half - min(tuning_.inset, 2 * tuning_.inset_share * half) * tuning_.inset_share;
-            const double moved = wanted - free + lift(free, middle);
-            return wanted + (min(max(moved, middle - room), middle + room) - moved);
-        }
-        return free;
-    }
-
-    /// The derivatives of the cost of duration between two sections by their redundant parameters, the
-    /// second ones without the bend of the joints.
-    struct Haste {
-        double from = 0, to = 0, from_from = 0, from_to = 0, to_to = 0;
-    };
-    /// The derivatives of the cost of duration for two configurations ds apart, by their redundant
-    /// parameters.
-    Haste haste_of(const State& a, const State& b, double ds) const noexcept {
-        double rate[joints];
-        for (int j = 0; j < joints; ++j) rate[j] = (b.q[j] - a.q[j]) / ds;
-        const double weight = objective_.duration * length_, n = pace(objective_.slowness, rate);
-        Haste out;
-        for (int j = 0; j < joints; ++j) {
-            const auto [slope, curved] = pace_slope(objective_.slowness[j], rate[j], n);
-            out.from -= slope * a.slope[j];
-            out.to += slope * b.slope[j];
-            out.from_from += curved * a.slope[j] * a.slope[j];
-            out.from_to -= curved * a.slope[j] * b.slope[j];
-            out.to_to += curved * b.slope[j] * b.slope[j];
-        }
-        out.from_from = weight / ds * (out.from_from - 7 / n * out.from * out.from);
-        out.from_to = weight / ds * (out.from_to - 7 / n * out.from * out.to);
-        out.to_to = weight / ds * (out.to_to - 7 / n * out.to * out.to);
-        out.from *= weight;
-        out.to *= weight;
-        return out;
-    }
-
-    /// Lowers the objective of the branch's path by Newton steps of the redundant parameter at all sections
-    /// that are not fixed.
-    void descend(Branch& branch) const {
-        std::vector<State>& way = branch.way;
-        const std::vector<Section>& at = branch.sections;
-        const std::size_t n = way.size();
-        const double w = 2 * objective_.travel;
-        std::vector<double> diagonal(n), beside(n), move(n);
-        branch.cost = cost_of(branch, way);
-        for (int step = 0; step < tuning_.steps; ++step) {
-            pass_checkpoint();
-            for (std::size_t k = 0; k < n; ++k) {
-                const double share = share_of(at, k, n);
-                diagonal[k] = share * max(way[k].cost_2, 0.0);
-                move[k] = -share * way[k].cost_1;
-                beside[k] = 0;
-            }
-            for (std::size_t k = 0; k + 1 < n; ++k) {
-                const double per = w / (at[k + 1].s - at[k].s);
-                for (int j = 0; j < joints; ++j) {
-                    const double d = way[k + 1].q[j] - way[k].q[j], a = way[k].slope[j],
-                                 b = way[k + 1].slope[j];
-                    diagonal[k] += per * a * a;
-                    diagonal[k + 1] += per * b * b;
-                    beside[k] -= per * a * b;
-                    move[k] += per * d * a;
-                    move[k + 1] -= per * d * b;
-                }
-                if (objective_.duration > 0) {
-                    const Haste haste = haste_of(way[k], way[k + 1], at[k + 1].s - at[k].s);
-                    diagonal[k] += haste.from_from;
-                    diagonal[k + 1] += haste.to_to;
-                    beside[k] += haste.from_to;
-                    move[k] -= haste.from;
-                    move[k + 1] -= haste.to;
-                }
-            }
-            for (std::size_t k = 0; k < n; ++k) {
-                const bool held = anchor(branch, k) != nullptr;
-                if (held) {
-                    diagonal[k] = 1;
-                    move[k] = beside[k] = 0;
-                    if (k > 0) beside[k - 1] = 0;
-                }
-                diagonal[k] = diagonal[k] * (1 + 1e-9) + 1e-12;
-            }
-            for (std::size_t k = 1; k < n; ++k) {
-                const double factor = beside[k - 1] / diagonal[k - 1];
-                diagonal[k] -= factor * beside[k - 1];
-                move[k] -= factor * move[k - 1];
-            }
-            double most = 0;
-            for (std::size_t k = n; k-- > 0;) {
-                move[k] = (move[k] - (k + 1 < n ? beside[k] * move[k + 1] : 0.0)) / diagonal[k];
-                most = max(most, abs(move[k]));
-            }
-            const double before = branch.cost;
-            double share = most > tuning_.farthest ? tuning_.farthest / most : 1.0;
-            for (; share * most > tolerance::angle; share *= 0.5) {
-                std::vector<State> next(n);
-                bool there = true;
-                for (std::size_t k = 0; k < n && there; ++k) {
-                    const double wanted = way[k].free + share * move[k];
-                    const double free =
-                        anchor(branch, k) ? way[k].free : within_arc(at[k], way[k].free, wanted);
-                    there = clear_state(at[k], branch.report.gc, free, way[k].q, next[k]);
-                }
-                const double cost = there ? cost_of(branch, next) : infinity;
-                if (!(cost < branch.cost)) continue;
-                way = std::move(next);
-                branch.cost = cost;
-                break;
-            }
-            if (!(before - branch.cost > tuning_.settled * before)) return;
-        }
-    }
-
     // -- the curve
 
     /// The stretches of a spline of the redundant parameter through the branch's path.
     std::vector<Stretch> curve_of(const Branch& branch) const {
-        std::vector<double> s, free;
-        for (std::size_t k = 0; k < branch.way.size(); ++k) {
-            s.push_back(branch.sections[k].s);
-            free.push_back(branch.way[k].free);
-        }
-        std::vector<Stretch> out = stretches_of(spline(s, s, free), path_);
-        while (out.size() > 1 && out.back().start >= s.back()) out.pop_back();
+        std::vector<Stretch> out = stretches_of(search_.drawn(branch), path_);
+        while (out.size() > 1 && out.back().start >= branch.sections[branch.way.size() - 1].s) out.pop_back();
         lift_stretches(FamilyCurve<F>{family_, branch.report.gc, path_, out}, out, branch.way[0].q);
         return out;
-    }
-
-    /// Inserts sections and configurations into the branch's path where the proof is open, and minimizes
-    /// again; false if nothing was inserted, or if that would be more sections than a branch may have.
-    bool refine(Branch& branch, const Proof& proof) const {
-        if (branch.sections.size() > most_sections_) return false;
-        std::vector<Section> sections{branch.sections[0]};
-        std::vector<State> way{branch.way[0]};
-        bool finer = false;
-        for (std::size_t k = 1; k < branch.sections.size(); ++k) {
-            const double a = branch.sections[k - 1].s, b = branch.sections[k].s;
-            bool open = false;
-            for (std::size_t i = 0; i < proof.open.size(); i += 2)
-                open = open || (proof.open[i] < b && proof.open[i + 1] > a);
-            if (open && b - a > tube_parameter_tuning::same) {
-                Section all[configurations];
-                look(0.5 * (a + b), 1u << branch.report.gc, all);
-                const Section& half = all[branch.report.gc];
-                if (half.arcs.empty()) return false;
-                const State &from = way.back(), &to = branch.way[k];
-                const double between = 0.5 * (from.free + to.free);
-                const double moved = between + wrap(nearest(half.arcs, wrap(between)) - between);
-                State here;
-                if (!clear_state(half, branch.report.gc, within_arc(half, moved, moved), from.q, here))
-                    return false;
-                sections.push_back(half);
-                way.push_back(here);
-                finer = true;
-            }
-            sections.push_back(branch.sections[k]);
-            way.push_back(branch.way[k]);
-        }
-        branch.sections = std::move(sections);
-        branch.way = std::move(way);
-        branch.report.sections = static_cast<unsigned>(branch.sections.size());
-        if (finer) descend(branch);
-        return finer;
     }
 
     /// Proves a curve of a branch, and reduces `looks` by the cells that this takes. Where the user permits
@@ -779,7 +346,7 @@ private:
         Branch finer = branch;
         Proof all;
         all.open = {0.0, 1.0};
-        refine(finer, all);
+        search_.refine(finer, all);
         bool held = false;
         Proof proof;
         std::vector<Stretch> stretches;
@@ -795,12 +362,14 @@ private:
                 plan_.proof = proof;
                 take_margins(finer, report);
             }
-            if (proof.certified() || looks == 0 || !refine(finer, proof)) break;
+            if (proof.certified() || looks == 0 || finer.sections.size() > most_sections_ ||
+                !search_.refine(finer, proof))
+                break;
             if (held) continue;
-            if (is_shut(finer) || search(finer) < finer.sections.size())
+            if (is_shut(finer) || search_.search(finer) < finer.sections.size())
                 break;  // another way about that place
-            lift_way(finer);
-            descend(finer);
+            search_.lift_way(finer);
+            search_.descend(finer);
         }
         if (held) return;
         report.given_up = proof.violated.empty();
@@ -833,7 +402,7 @@ private:
                          [](const Branch& a, const Branch& b) { return before(a.report, b.report); });
         for (Branch& branch : branches_) {
             if (branch.way.size() < 2) continue;
-            lift_way(branch);
+            search_.lift_way(branch);
             plan_.stretches = curve_of(branch);
             int looks = most_looks_;
             const Proof proof = proven(branch.report.gc, plan_.stretches, looks);
@@ -910,13 +479,13 @@ private:
     const F family_;
     const std::span<const Segment> path_;
     const PlanOptions& options_;
-    Objective objective_;  // with the slowness of the joints
     const FamilyTuning& tuning_;
     const Limits limits_;
-    bool has_a_turn_[joints];
-    double length_ = 0;              // how far the path turns the arm (rad)
+    const SpreadOver spread_;
     std::size_t most_sections_ = 0;  // of a branch; with more it is given up
     int most_looks_ = 0;             // at cells that the proofs of a branch may take
+    const Objective objective_;      // with the slowness of the joints
+    const BranchSearch<F> search_;
     End ends_[2];
     std::vector<Branch> branches_;
     Plan plan_;

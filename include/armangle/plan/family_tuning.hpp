@@ -1,5 +1,7 @@
-// What FamilyPlanner is tuned by.
+// What the search for a path, and FamilyPlanner, are tuned by.
 #pragma once
+
+#include <cstddef>
 
 #include "../self_motion/prove_stretch.hpp"
 
@@ -7,7 +9,7 @@
 
 namespace armangle {
 
-/// Parameters of FamilyPlanner.
+/// Parameters of BranchSearch and FamilyPlanner.
 struct FamilyTuning {
     ProofTuning proof;
     /// The largest motion of the tool from section to section (rad; the reach counts as a radian), and the
@@ -20,6 +22,8 @@ struct FamilyTuning {
     double inset = 0.02, inset_share = 0.25;
     /// The largest joint move from section to section of the search (rad).
     double link = 0.6;
+    /// The largest number of paths, by where they end, from which a descent begins.
+    std::size_t ways = 3;
     /// How often sections are added where the search finds no continuation, or the proof fails.
     int rounds = 8;
     /// The number of steps of the descent, the largest one (rad), and the share of the objective at which it

@@ -5,7 +5,7 @@
 #include "crossing.hpp"
 #include "descent.hpp"
 #include "tube.hpp"
-#include "way.hpp"
+#include "anchor.hpp"
 #include "../scene/proximity.hpp"
 
 #include "../names/begin.hpp"

@@ -4,7 +4,7 @@
 
 #include "diagnose.hpp"
 #include "plan_ends.hpp"
-#include "way.hpp"
+#include "anchor.hpp"
 #include "../scene/proximity.hpp"
 
 #include "../names/begin.hpp"
@@ -126,12 +126,10 @@ public:
         out.shortfall = scene.clearance - nearest.distance;
     }
 
-    /// If an obstacle, or the user, ends the arc in which a path ends, reports it.
-    void explain_end(const Tube& t, const Way& way, BranchReport& out) const noexcept {
-        if (!task_.encumbered()) return;
-        const Section& l = t.sections[way.reached - 1];
-        if (l.full || l.count == 0) return;
-        const Arc& a = t.arc(l)[way.rows.back().arc];
+    /// If an obstacle, or the user, ends the arc of section l in which a path ends at phi, reports it.
+    void explain_end(const Tube& t, const Section& l, double phi, BranchReport& out) const noexcept {
+        if (!task_.encumbered() || l.full || l.count == 0) return;
+        const Arc& a = t.arc(l)[nearest_arc(t, l, phi)];
         for (const Tag tag : {a.lower_tag, a.upper_tag}) {
             if (tag_obstacle(tag) >= 0) {
                 out.status = Status::CLEARANCE;

@@ -1,10 +1,10 @@
-// Plans the whole path at once. For each branch: the tube, the best path through it, a smooth curve, and its
-// proof; or the reason for none.
+// Plans the whole path at once. For each branch: the tube, the best path through it, its descent to an
+// optimum, and its proof; or the reason for none.
 //
-//     path -> tube -> candidates -> search -> relax -> curve -> certify -> plan
-//                                     | no path          ^         | a limit is violated
-//                                     v                  |         v
-//                                  diagnose              +--- more sections
+//     path -> tube -> search -> descent -> spline -> certify -> plan
+//                       | no path  ^                   | a limit is violated
+//                       v          +-- more sections --+
+//                    diagnose
 //
 // Unlike the rest of the library this allocates: its memory grows with the path.
 #pragma once
@@ -14,18 +14,17 @@
 #include <optional>
 #include <utility>
 
+#include "branch_search.hpp"
 #include "crossing.hpp"
 #include "curve_cost.hpp"
 #include "duration.hpp"
-#include "tube.hpp"
 #include "optimum.hpp"
 #include "plan_ends.hpp"
 #include "plan_options.hpp"
 #include "plan_reasons.hpp"
-#include "relax.hpp"
-#include "blocked_ranges.hpp"
+#include "task_family.hpp"
+#include "tube.hpp"
 #include "../batch/parallel.hpp"
-#include "../scene/proximity.hpp"
 #include "../scene/straight_move.hpp"
 
 #include "../names/begin.hpp"
@@ -35,28 +34,17 @@ namespace armangle {
 namespace plan_tuning {
 inline constexpr int rounds = 4;            // of new sections where the proof found a violation
 inline constexpr int crossing_rounds = 10;  // the same for a path through several branches
-inline constexpr double cheap = 0.02;       // least margin of the path of least cost (rad)
-/// Links tried per requested section, over all branches, before a search is given up, and as many again to
-/// draw its result. This is some ten times the need of an arm without extra turns, some 2 s for 250 poses.
+/// Links tried per section of a path through several branches, before its search is given up.
 inline constexpr long long links = 300000;
 inline constexpr long long least_sections = 250;  // a short path may try as many as this one
-inline constexpr long long at_once = 4;           // share of them that a branch may try in parallel
-inline constexpr std::size_t alone = 16;  // requested sections below which a thread costs more than it saves
-inline constexpr int few_winding = 2;     // joints of two turns or more that are tried on all turns
 inline constexpr double of_wish[] = {1, 0.1, 0};  // weights of psi's target tried in a path through branches
+inline constexpr double tie = 1e-6;               // margins closer than this are equal (rad)
 inline constexpr double end_step =
     1e-9;  // of the first (last) stretch: distance of the sample nearest to an end
 inline constexpr double end_off = 1e-7;  // error of joints at the end itself (rad), by rounding
 }  // namespace plan_tuning
 
 namespace detail {
-
-/// Writes into an objective, if it weighs duration, the time that a radian of each joint takes on a path that
-/// turns the arm by `length` (rad).
-inline void weigh_joints(const JointBounds& bounds, double length, Objective& objective) noexcept {
-    for (int j = 0; j < joints && objective.duration > 0; ++j)
-        objective.slowness[j] = 1 / joint_speed(bounds.velocity[j], bounds.acceleration[j], length);
-}
 
 /// Sorts parameters in place, removes duplicates, and sets the first to 0 and the last to 1.
 inline void tidy(std::vector<double>& s) {
@@ -88,13 +76,18 @@ public:
         task_.plane = smooth_plane(wrists);
         task_.held_theta_7 = to_theta(arm, joints - 1, options.held_q_7);
         task_.length = turned_length(task_, base_);
-        weigh_joints(options.bounds, task_.length, options_.objective);
+        options_.objective = with_slowness(options.objective, options.bounds, task_.length);
         task_.wish = options.wish;
         task_.scenes = options.scenes;
         task_.allowed = options.allowed;
         task_.allowed_everywhere = options.allowed_everywhere;
         task_.checkpoint = options.checkpoint;
-        loosen();
+        spread_ = SpreadOver({segments, n}, arm.reach, tuning_).s;
+        for (int k = 1; k < task_.scenes.count; ++k) spread_.push_back(task_.scenes.begin(k));
+        if (task_.scenes.count > 1) tidy(spread_);
+        search_.emplace(
+            TaskFamily(task_), task_.limits, options_.objective, task_.length, task_.checkpoint,
+            [this](double s, int gc) { return section(solve_section(task_, gc, s)); }, nullptr, tuning_);
         touching_ = touches();
     }
 
@@ -115,37 +108,30 @@ public:
     }
 
 private:
+    /// The tuning of the search: the ends are anchored already (plan_ends.hpp), and a descent follows.
+    static FamilyTuning search_tuning() noexcept {
+        FamilyTuning out;
+        out.beside = pi;
+        out.link = 1.0;
+        return out;
+    }
+
     /// Reports progress.
     void advance() const {
         if (options_.advanced) options_.advanced();
     }
 
-    /// The tube of a branch, with additional sections where obstacles block phi between the parameters of
-    /// `base`.
-    Tube tube_on(int gc, const std::vector<double>& base) const {
-        if (!task_.scenes) return tube(task_, gc, base);
-        std::vector<double> all = base;
-        const std::vector<double>& more = blocked_ranges_[gc & 2 ? 1 : 0];
-        all.insert(all.end(), more.begin(), more.end());
-        tidy(all);
-        return tube(task_, gc, all);
-    }
-
-    /// Parameters between those of `base_` at which obstacles block some phi, for one sign of the elbow (0 or
-    /// 2), and those at which the scene changes.
-    std::vector<double> blocked_ranges(int elbow) const {
-        std::vector<double> found;
-        for (int k = 0; k < task_.scenes.count; ++k) {
-            const double begin = task_.scenes.begin(k), end = task_.scenes.begin(k + 1);
-            std::vector<double> within{begin};
-            for (const double s : base_)
-                if (s > begin && s < end) within.push_back(s);
-            within.push_back(end);
-            for (const double s : BlockedRanges(task_, task_.scenes[k], elbow).find(within))
-                found.push_back(s);
-            if (k) found.push_back(begin);
-        }
-        return found;
+    /// A section as the search takes it.
+    BranchSection section(const SolvedSection& x) const noexcept {
+        const double s = x.section.s;
+        const int gc = index(x.section.motion.gc);
+        return {s,
+                task_.pose(s),
+                x.arcs,
+                nullptr,
+                x.section.status,
+                x.section.blocking,
+                options_.objective.psi > 0 ? task_.wished_phi(gc, s) : not_a_number};
     }
 
     /// Proves a curve.
@@ -192,183 +178,115 @@ private:
         if (a.verdict != Verdict::ok) return a.reached > b.reached;
         if (a.cost != b.cost) return a.cost < b.cost;
         const double x = min(a.margin, a.elbow_margin), y = min(b.margin, b.elbow_margin);
-        if (abs(x - y) > way_tuning::tie) return x > y;
+        if (abs(x - y) > plan_tuning::tie) return x > y;
         return a.margin > b.margin;
     }
 
     /// Results for a branch before its curve is drawn.
     struct Surveyed {
-        BranchReport report;
-        std::vector<Optimum> coarse;  // on few knots, the best first
-        int spread = 0;               // the turns with which its path was found
-        double start_gap = 0, goal_gap = 0;
-        long long links = 0;  // links that it tried ...
-        long long most = 0;   // ... including those not counted
+        Tube tube;
+        AnchoredEnds ends;
+        SearchedBranch branch;
+        Optimum coarse;  // on few knots
+
+        /// The ends that a descent keeps fixed.
+        FixedEnds fixed() const noexcept { return fixed_ends(ends, branch.way.front().q); }
     };
 
-    /// Surveys all permitted branches, which share the permitted number of links in order. Threads survey
-    /// branches with a share each. A result counts if the branch would have found the same in its turn;
-    /// otherwise it is surveyed again.
+    /// Surveys all permitted branches, in threads.
     void survey_all() {
         std::vector<int> asked;
         for (int gc = 0; gc < configurations; ++gc)
             if (options_.branches >> gc & 1u) asked.push_back(gc);
-        for (const int elbow : {0, 2})
-            if (task_.scenes &&
-                std::any_of(asked.begin(), asked.end(), [=](int gc) { return (gc & 2) == elbow; }))
-                blocked_ranges_[elbow / 2] = blocked_ranges(elbow);
-        std::vector<std::optional<Surveyed>> found(asked.size());
+        const auto look = [&](std::size_t k) {
+            survey(surveyed_[asked[k]], asked[k]);
+            advance();
+        };
         const bool of_user = options_.allowed && !options_.allowed_everywhere;  // one thread calls the user's
                                                                                 // function
-        if (options_.threads != 1 && asked.size() > 1 && base_.size() >= plan_tuning::alone && !of_user) {
-            const long long share = links_ / plan_tuning::at_once;
-            std::atomic<bool> spent{false};
-            const auto look = [&](std::size_t k) {
-                if (spent) return;
-                Surveyed now = survey(asked[k], share);
-                advance();
-                if (now.most > share)
-                    spent = true;
-                else
-                    found[k] = std::move(now);
-            };
-            in_turn(asked.size(), options_.threads, look, [this] { task_.pass_checkpoint(); });
-        }
-        for (std::size_t k = 0; k < asked.size(); ++k) {
-            const bool unseen = !found[k];
-            if (unseen || found[k]->most > links_) found[k] = survey(asked[k], links_);
-            if (unseen) advance();
-            Surveyed& one = *found[k];
-            links_ -= one.links;
-            plan_.start_gap = max(plan_.start_gap, one.start_gap);  // 0 except in the branch of the start
-            plan_.goal_gap = max(plan_.goal_gap, one.goal_gap);
-            const auto gc = static_cast<std::size_t>(asked[k]);
-            coarse_[gc] = std::move(one.coarse);
-            spread_[gc] = one.spread;
-            plan_.branches.push_back(std::move(one.report));
+        in_turn(asked.size(), of_user ? 1 : options_.threads, look, [this] { task_.pass_checkpoint(); });
+        for (const int gc : asked) {
+            const Surveyed& one = surveyed_[gc];
+            plan_.start_gap = max(plan_.start_gap, one.ends.start.gap);  // 0 except in its own branch
+            plan_.goal_gap = max(plan_.goal_gap, one.ends.goal.gap);
+            plan_.branches.push_back(one.branch.report);
         }
     }
 
-    /// Searches a path in a branch; the result has its rating, or the reason for none. allowed: permitted
-    /// links.
-    Surveyed survey(int gc, const long long allowed) const {
-        Surveyed found;
-        BranchReport& out = found.report;
+    /// Computes the sections of a branch's tube up to the first without an arc, and its ends, for the search.
+    void begin(Surveyed& found, int gc, const std::vector<double>& base) const {
+        found.tube = tube(task_, gc, base);
+        const Tube& t = found.tube;
+        found.ends = ends_.ends(t, options_.start, options_.goal);
+        SearchedBranch& branch = found.branch;
+        branch.sections.clear();
+        for (const Section& l : t.sections) {
+            if (l.status != Status::OK) break;
+            SolvedSection x{l, {}};
+            make_empty(x.arcs);
+            x.arcs.full = l.full;
+            for (std::uint32_t k = 0; k < l.count; ++k) x.arcs.arc[x.arcs.count++] = t.arc(l)[k];
+            branch.sections.push_back(section(x));
+        }
+        const auto end = [gc](const Anchor& x, const double* q) {
+            return x.given ? BranchEnd{q, x.phi, x.gap, gc} : BranchEnd{};
+        };
+        branch.ends[0] = end(found.ends.start, found.ends.start.q);
+        if (branch.sections.size() == t.sections.size())
+            branch.ends[1] = end(found.ends.goal, found.ends.goal.q);
+    }
+
+    /// Searches a path in a branch; its report has its rating, or the reason for none.
+    void survey(Surveyed& found, int gc) const {
+        SearchedBranch& branch = found.branch;
+        BranchReport& out = branch.report;
         out.gc = gc;
-        const Tube t = tube_on(gc, base_);
-        const AnchoredEnds fixed = ends_.ends(t, options_.start, options_.goal);
-        found.start_gap = fixed.start.gap;
-        found.goal_gap = fixed.goal.gap;
-        long long left = allowed;
+        const auto is_shut = [](const SearchedBranch& x) {
+            return std::any_of(x.sections.begin(), x.sections.end(),
+                               [](const BranchSection& each) { return each.arcs.empty(); });
+        };
+        std::vector<double> base = spread_;
+        std::size_t reached = 0;
+        for (int round = 0; round <= tuning_.rounds; ++round) {
+            begin(found, gc, base);
+            if (!found.ends.starts || branch.sections.empty()) break;
+            reached = search_->find(branch, is_shut);
+            if (!is_shut(branch)) break;
+            for (const BranchSection& x : branch.sections)
+                if (x.arcs.empty()) base.push_back(x.s);  // the tube missed it
+            tidy(base);
+        }
+        const Tube& t = found.tube;
+        const AnchoredEnds& fixed = found.ends;
         if (!fixed.held()) reasons_.refuse_end(fixed, options_.start, options_.goal, out);
         const bool refused = !fixed.held() && !out.elsewhere && out.status != Status::OUTSIDE;
         out.sections = static_cast<unsigned>(t.sections.size());
-        Way way;
-        if (fixed.starts) {
-            way = widest(t, fixed, left, found.spread);
-            if (way.reached) out.reached = t.sections[way.reached - 1].s;
-        }
-        if (const std::size_t at = reasons_.first_empty(t); at < t.sections.size() && !refused) {
-            reasons_.explain_empty(t, at, out);
-        } else if (fixed.held() && !way.whole) {
-            out.given_up = way.given_up || t.coarse;
+        if (reached) out.reached = branch.sections[reached - 1].s;
+        if (const std::size_t at = reasons_.first_empty(t); at < t.sections.size() && !refused)
+            return reasons_.explain_empty(t, at, out);
+        if (!fixed.held()) return;
+        if (reached < branch.sections.size()) {
+            out.given_up = t.coarse;
             out.verdict = out.given_up ? Verdict::unresolved : Verdict::dead_end;
             out.status = Status::LIMITS;
-            if (way.reached) reasons_.explain_end(t, way, out);
+            const auto next = std::upper_bound(t.sections.begin(), t.sections.end(), out.reached,
+                                               [](double s, const Section& x) { return s < x.s; });
+            const Section& last = next == t.sections.begin() ? *next : *(next - 1);
+            if (reached) reasons_.explain_end(t, last, branch.way.back().free, out);
             if (options_.start && out.reached < PlanReasonsTuning::nearly_shut)
                 reasons_.explain_turns(options_.start, 0, out);
             out.from = out.reached;
-            out.to = way.reached < t.sections.size() ? t.sections[way.reached].s : 1.0;
-            if (way.reached)
-                out.nearest_psi = reasons_.nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
-        } else if (fixed.held()) {
-            const FixedEnds ends = fixed_ends(fixed, way.rows[0].q);
-            Way cheap;
-            long long uncounted = left;  // the budget of other branches is not spent on it
-            if (options_.start || options_.goal)
-                cheap = search(t, fixed.start, fixed.goal, found.spread, uncounted)
-                            .run(min(way.margin, plan_tuning::cheap));
-            found.most = allowed - uncounted;
-            found.coarse = coarse_optima(task_, options_.objective, t, way, cheap, ends);
-            if (found.coarse.empty())
-                found.coarse.push_back(as_it_is(task_, options_.objective, gc, ends, along(t, way, base_)));
-            const Optimum& best = found.coarse.front();
-            out.margin = best.found() ? best.margin : way.margin;
-            out.cost = best.found() ? best.terms.weighed(options_.objective) : infinity;
-            out.stationarity = best.stationarity;
-            out.elbow_margin = cost_.least_elbow_margin(t, way);
+            out.to = next == t.sections.end() ? 1.0 : next->s;
+            if (reached) out.nearest_psi = reasons_.nearest_psi(t, last, branch.way.back().free);
+            return;
         }
-        found.links = allowed - left;
-        found.most = std::max(found.most, found.links);
-        return found;
-    }
-
-    /// The best path with the fewest revolutions at a free start that give `enough` margin, or with all that
-    /// are tried; `found` returns their number. links: permitted number, counted down.
-    Way widest(const Tube& t, const AnchoredEnds& fixed, long long& links, int& found) const {
-        Way best;
-        const int first = loose_ && !fixed.start.given && !fixed.goal.given ? any_winding : 0;
-        for (int spread = first; spread <= candidate_tuning::windings; ++spread) {
-            Way way = search(t, fixed.start, fixed.goal, spread, links).run(-infinity);
-            if (spread == any_winding && way.whole && !is_inside(way)) continue;
-            const bool more = way.more && !way.given_up, spent = way.given_up;
-            if (best.rows.empty() || better(way, best)) {
-                best = std::move(way);
-                found = spread;
-            }
-            best.given_up = spent && !best.whole;
-            if (!more || spread == any_winding || (best.whole && winds_well(best))) break;
-        }
-        return best;
-    }
-
-    /// The search with this spread of revolutions; if it is `any_winding`, with the task `loose_`.
-    Search search(const Tube& t, const Anchor& start, const Anchor& goal, int spread,
-                  long long& links) const {
-        const Task& task = spread == any_winding ? *loose_ : task_;
-        return {task, t, options_.objective, start, goal, std::max(spread, 0), links};
-    }
-
-    /// Whether a path found without the limits of joints with several revolutions respects them as well as
-    /// any path.
-    bool is_inside(const Way& way) const noexcept {
-        for (const Candidate& x : way.rows)
-            if (!within_limits(task_.limits, x.q, 0.0)) return false;
-        return winds_well(way);
-    }
-
-    /// Makes the task without the limits of joints with a range of 4 pi or more, if there are many. Their
-    /// combinations are too many to search, and a motion seldom needs them.
-    void loosen() {
-        Limits free = task_.limits;
-        int wide = 0;
-        for (const int j : pivot_joint) {
-            const double range = free.upper[j] - free.lower[j];
-            if (range < 2.0 * two_pi - tolerance::angle || is_unlimited(free, j)) continue;
-            free.lower[j] = -infinity;
-            free.upper[j] = infinity;
-            ++wide;
-        }
-        if (wide > plan_tuning::few_winding) loose_.emplace(task_).limits = free;
-    }
-
-    /// Whether path a is better than b: by margin if both lead from start to goal, else by how far they lead.
-    static bool better(const Way& a, const Way& b) noexcept {
-        if (a.whole != b.whole) return a.whole;
-        return a.whole ? a.margin > b.margin + way_tuning::tie : a.reached > b.reached;
-    }
-
-    /// Whether other revolutions cannot improve a path, because its distance from the limits of all joints
-    /// with several revolutions exceeds its margin, or the required one.
-    bool winds_well(const Way& way) const noexcept {
-        const double enough = min(way.margin + way_tuning::tie, options_.objective.enough);
-        for (const Candidate& x : way.rows)
-            for (int p = 0; p < pivots && options_.objective.limits > 0; ++p) {
-                const int j = pivot_joint[p];
-                const double low = task_.limits.lower[j], high = task_.limits.upper[j];
-                if (high - low > two_pi && min(x.q[j] - low, high - x.q[j]) < enough) return false;
-            }
-        return true;
+        search_->settle(branch);
+        found.coarse = coarse_optimum(task_, options_.objective, gc, found.fixed(), branch);
+        const Optimum& best = found.coarse;
+        out.margin = best.margin;
+        out.cost = best.found() ? best.terms.weighed(options_.objective) : infinity;
+        out.stationarity = best.stationarity;
+        out.elbow_margin = cost_.least_elbow_margin(branch);
     }
 
     /// The number of links that may be tried.
@@ -379,7 +297,6 @@ private:
 
     /// Chooses the best branch with a proven curve; else the first without a violation; else a partial path.
     void choose() {
-        links_ = std::max(links_, 0LL) + allowance();
         Plan first;
         bool any = false, proven = false;
         double least = infinity;  // of the proven ones
@@ -540,7 +457,7 @@ private:
         const double first = out[1], last = 1.0 - out[out.size() - 2];
         if (base_.size() <= plan_tuning::least_sections)
             for (const int gc : asked.branches) {
-                const Tube t = tube_on(gc, base_);
+                const Tube& t = surveyed_[gc].tube;
                 if (t.sections.size() > base_.size() + plan_tuning::least_sections) continue;
                 for (const Section& x : t.sections) out.push_back(x.s);
             }
@@ -655,23 +572,27 @@ private:
         plan_.proof = found.proof;
     }
 
-    /// Writes the curve of a branch that has a path to `out`: the curve of least objective. If that is not
-    /// proven, a smooth curve along the path, with new sections where it violates a limit. False, with the
-    /// reason in `report`, if none is proven or at least without a known violation.
-    bool realise(BranchReport& report, Plan& out) {
-        std::vector<double> base = base_;
+    /// Writes the proven curve of a branch that has a path to `out`: the curve of least objective. If that is
+    /// not proven, the search's own curve, with new sections where it violates a limit. False, with the
+    /// reason in `report`, if none is without a violation.
+    bool realise(BranchReport& report, Plan& out) const {
+        const Surveyed& mine = surveyed_[report.gc];
+        SearchedBranch branch = mine.branch;
+        Proof all;
+        all.open = {0.0, 1.0};
+        search_->refine(branch, all);
         Plan best;
-        for (int round = 0; round < plan_tuning::rounds; ++round) {
-            const Tube t = tube_on(report.gc, base);
-            const AnchoredEnds fixed = ends_.ends(t, options_.start, options_.goal);
-            if (!fixed.held()) break;
-            if (round == 0 && optimise(t, fixed, report, best)) {
+        for (int round = 0; round <= tuning_.rounds; ++round) {
+            const Spline drawn = search_->drawn(branch);
+            if ((round == 0 && mine.coarse.found() && optimise(mine.coarse.curve, mine, report, best)) ||
+                optimise(drawn, mine, report, best)) {
                 out = std::move(best);
                 return true;
             }
-            if (!follow_way(t, fixed, base, report, out)) break;
-            if (!holds_ends(fixed, out)) {
-                const bool start = leaps(fixed.start, out, false);
+            draw(report.gc, as_it_is(task_, options_.objective, report.gc, mine.fixed(), drawn),
+                 branch.way.front().q, report, out);
+            if (!holds_ends(mine.ends, out)) {
+                const bool start = leaps(mine.ends.start, out, false);
                 report.verdict = start ? Verdict::start : Verdict::goal;
                 report.status = Status::OUTSIDE;
                 report.reached = report.from = report.to = start ? 0 : 1;
@@ -683,7 +604,9 @@ private:
                 return true;
             }
             if (out.proof.violated.empty()) return true;
-            add_sections(out, base);
+            if (!search_->refine(branch, out.proof)) break;
+            if (search_->search(branch) < branch.sections.size()) break;  // another way about that place
+            search_->settle(branch);
         }
         report.verdict = Verdict::unresolved;
         report.status = task_.scenes ? Status::CLEARANCE : Status::LIMITS;
@@ -711,50 +634,20 @@ private:
         return !leaps(fixed.start, out, false) && !leaps(fixed.goal, out, true);
     }
 
-    /// Finds the curve of least objective near the branch's coarse ones and writes it to `out`, with its cost
-    /// in `report`; false if none is proven: `out` is then the last one tried.
-    bool optimise(const Tube& t, const AnchoredEnds& fixed, BranchReport& report, Plan& out) const {
-        const std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(report.gc)];
-        const FixedEnds ends = fixed_ends(fixed, coarse.front().q);
+    /// Finds the curve of least objective near a given one and writes it to `out`, with its cost in `report`;
+    /// false if it is not proven.
+    bool optimise(const Spline& from, const Surveyed& mine, BranchReport& report, Plan& out) const {
+        const AnchoredEnds& fixed = mine.ends;
         for (const double wall : descent_tuning::wall) {
-            bool slipped = false;
-            for (const Optimum& best : fine_optima(task_, options_.objective, t.gc, ends, coarse, wall)) {
-                draw(t, best, fixed.start.given ? fixed.start.q : best.q, report, out);
-                if (holds_ends(fixed, out) && out.proof.certified()) return true;
-                slipped = slipped || !out.proof.violated.empty();
-                if (!holds_ends(fixed, out)) out.stretches.clear();
-            }
-            if (!slipped) break;
+            const Optimum best = fine_optimum(task_, options_.objective, report.gc, mine.fixed(), from, wall);
+            if (!best.found()) return false;
+            draw(report.gc, best, fixed.start.given ? fixed.start.q : best.q, report, out);
+            if (holds_ends(fixed, out) && out.proof.certified()) return true;
+            const bool slipped = !out.proof.violated.empty();
+            if (!holds_ends(fixed, out)) out.stretches.clear();
+            if (!slipped) return false;
         }
         return false;
-    }
-
-    /// Writes a curve along the path of the search to `out`, proven or not. If it is proven, the objective is
-    /// also minimized on its knots, which is kept if it is proven too. False if the search has no whole path.
-    bool follow_way(const Tube& t, const AnchoredEnds& fixed, const std::vector<double>& base,
-                    BranchReport& report, Plan& out) {
-        Search ways = search(t, fixed.start, fixed.goal, spread_[t.gc], links_);
-        const Way best = ways.run(-infinity);
-        if (!best.whole) return false;
-        const double floor = way_tuning::keep * min(best.margin, options_.objective.enough);
-        Way way = ways.run(floor);
-        if (!way.whole) way = best;
-        relax(task_, t, options_.objective, way, fixed.start.given, fixed.goal.given, floor);
-        const double* first = way.rows[0].q;
-        const Spline drawn = along(t, way, base);
-        const FixedEnds ends = fixed_ends(fixed, first);
-        draw(t, as_it_is(task_, options_.objective, t.gc, ends, drawn), first, report, out);
-        if (!out.proof.certified()) return true;
-        Plan better;
-        BranchReport its = report;
-        const Optimum least =
-            fine_optimum(task_, options_.objective, t.gc, ends, drawn, descent_tuning::wall[0]);
-        if (least.found()) draw(t, least, first, its, better);
-        if (least.found() && better.proof.certified() && holds_ends(fixed, better)) {
-            out = std::move(better);
-            report = its;
-        }
-        return true;
     }
 
     /// The curve of a plan as it is now.
@@ -762,22 +655,12 @@ private:
         return {task_.arm, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
     }
 
-    /// The spline through the phi of a path at its knots.
-    Spline along(const Tube& t, const Way& way, const std::vector<double>& base) const {
-        std::vector<double> s, phi;
-        for (const std::size_t k : knots(t, base, way.rows.size())) {
-            s.push_back(t.sections[k].s);
-            phi.push_back(way.rows[k].phi);
-        }
-        return spline(s, s, phi);
-    }
-
     /// Writes a spline of phi(s) into a plan: its branch and its stretches with joint values. The first
     /// joints are in the revolution nearest to q.
-    void draw(const Tube& t, const Spline& drawn, const double* q, Plan& out) const {
-        out.gc = t.gc;
+    void draw(int gc, const Spline& drawn, const double* q, Plan& out) const {
+        out.gc = gc;
         out.stretches = stretches_of(drawn, {task_.segments, task_.segment_count});
-        const Circle<double>& c = t.sections[0].motion.circle;
+        const Circle<double> c = task_.circle_at(0.0);
         const SinCos<double> sc = sin_cos(drawn.control.front());
         const double psi =
             arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(0.0))), c.z * sc.cos + c.e * sc.sin);
@@ -786,8 +669,8 @@ private:
 
     /// Writes an optimal curve into a plan, with its proof, and its rating into the report. The first joints
     /// are in the revolution nearest to q.
-    void draw(const Tube& t, const Optimum& x, const double* q, BranchReport& report, Plan& out) const {
-        draw(t, x.curve, q, out);
+    void draw(int gc, const Optimum& x, const double* q, BranchReport& report, Plan& out) const {
+        draw(gc, x.curve, q, out);
         out.proof = proven(curve(out));
         report.cost = x.found() ? x.terms.weighed(options_.objective) : infinity;
         report.stationarity = x.stationarity;
@@ -810,34 +693,27 @@ private:
 
     /// Makes the curve of a branch the plan, as far as a path from the start leads.
     void partial(int gc) {
-        const Tube t = tube_on(gc, base_);
-        Anchor start;
-        if (options_.start) {
-            start = ends_.anchor(t, t.sections.front(), options_.start);
-            if (!start.given) return;
-        }
-        const Anchor goal;
-        links_ = allowance();
-        Way way = search(t, start, goal, spread_[gc], links_).run(-infinity);
-        if (way.reached < 2) return;
-        relax(task_, t, options_.objective, way, start.given, false,
-              way_tuning::keep * min(way.margin, options_.objective.enough));
-        draw(t, along(t, way, base_), way.rows[0].q, plan_);
+        SearchedBranch part = surveyed_[gc].branch;
+        if (part.way.size() < 2) return;
+        part.sections.resize(part.way.size());
+        part.ends[1] = {};
+        search_->lift_way(part);
+        search_->descend(part);
+        draw(gc, search_->drawn(part), part.way.front().q, plan_);
     }
 
     double start_[joints] = {}, goal_[joints] = {};  // with the fixed joint 7
     PlanOptions options_;
-    std::vector<Optimum> coarse_[configurations];  // of each branch, on few knots, the best first
+    const FamilyTuning tuning_ = search_tuning();
+    Surveyed surveyed_[configurations];
     std::vector<double> base_;
-    long long links_;  // that may still be tried
-    static constexpr int any_winding = -1;
-    int spread_[configurations] = {};        // of each branch: the turns with which its path was found
-    std::vector<double> blocked_ranges_[2];  // for each requested side of the elbow
+    long long links_;             // that may still be tried
+    std::vector<double> spread_;  // the first sections of the tubes
     Task task_;
     PlanEnds ends_{task_};
     PlanReasons reasons_{task_};
     CurveCost cost_{task_, options_.objective};
-    std::optional<Task> loose_;
+    std::optional<BranchSearch<TaskFamily>> search_;
     bool touching_ = false;  // a requested end is in contact, see touches()
     Plan plan_;
 };

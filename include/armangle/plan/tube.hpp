@@ -100,6 +100,12 @@ struct Task {
     Circle<double> circle_at(double s) const noexcept {
         return circle(arm, flange_pose(arm, pose(s)), plane);
     }
+    /// The value of joint j without any reference (rad): the middle of its range (0 unless both limits are
+    /// finite), or its fixed value.
+    double at_rest(int j) const noexcept {
+        const bool held = arm.roll_free && j == joints - 1;
+        return held ? to_q(arm, j, held_theta_7) : middle(limits, j);
+    }
     /// The joint functions of a self-motion; joint 7 is constant if the roll is free.
     template <class T>
     JointFunctions<T> functions(const SelfMotion<T>& m) const noexcept {
@@ -391,10 +397,9 @@ inline Tube tube(const Task& task, int gc, const std::vector<double>& base) {
 }
 
 namespace tube_parameter_tuning {
-inline constexpr int least_steps = 32;      // of s, between sections that always exist
-inline constexpr double turn = 0.5;         // of a segment between two of them (rad)
-inline constexpr double knot_share = 0.24;  // of a step: least distance of knots
-inline constexpr double same = 1e-12;       // parameters closer than this are equal
+inline constexpr int least_steps = 32;  // of s, between sections that always exist
+inline constexpr double turn = 0.5;     // of a segment between two of them (rad)
+inline constexpr double same = 1e-12;   // parameters closer than this are equal
 inline constexpr double least_length =
     1e-4;  // least length of a path, so that a resting tool has weight (rad)
 }  // namespace tube_parameter_tuning
@@ -446,21 +451,6 @@ inline double turned_length(const Task& task, const std::vector<double>& base) n
         before = here;
     }
     return max(tube_parameter_tuning::least_length, sum);
-}
-
-/// The indices of the sections, among the first `count`, that become knots of the curve: the first, the last,
-/// all of `base`, and others if they are not too close. Closer knots would carry the noise of the search into
-/// the curvature.
-inline std::vector<std::size_t> knots(const Tube& t, const std::vector<double>& base, std::size_t count) {
-    std::vector<std::size_t> out{0};
-    for (std::size_t k = 1, b = 1; k + 1 < count; ++k) {
-        const double s = t.sections[k].s;
-        while (b + 1 < base.size() && base[b] < s) ++b;
-        const double room = tube_parameter_tuning::knot_share * (base[b] - base[b - 1]);
-        if (s == base[b] || (s - t.sections[out.back()].s >= room && base[b] - s >= room)) out.push_back(k);
-    }
-    if (count > 1) out.push_back(count - 1);
-    return out;
 }
 
 }  // namespace armangle

@@ -60,6 +60,26 @@ concept explicit_family =
         { f.place(cell, 0, lambda, nullptr, d) } -> std::same_as<Jet<Interval, 1>>;
     };
 
+/// A function place(free, near, out) that writes the directions of a posture at this pose, near joints `near`
+/// (may be null), for a free number with or without derivatives, to `out` and returns the room as a number.
+/// Keeps a reference to the family.
+template <planned_family F>
+auto placer(const F& family, const Pose<double>& pose, int gc) noexcept {
+    return [&family, pose, gc]<class T>(const T& free, const double* near,
+                                        Directions<T>& out) noexcept -> double {
+        const T room = family.place(spread<T>(pose), gc, free, near, out);
+        if constexpr (std::is_same_v<T, double>)
+            return room;
+        else
+            return room.value();
+    };
+}
+/// The value of joint j without any reference (rad): the middle of its range.
+template <planned_family F>
+double at_rest(const F& family, int j) noexcept {
+    return family.rows().joint_middle[j];
+}
+
 }  // namespace armangle
 
 #include "../names/end.hpp"

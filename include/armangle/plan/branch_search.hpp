@@ -1,0 +1,730 @@
+// The path of least cost through the sections of one branch, for any arm whose self-motion is a closed form.
+//
+//     lambda |   |  |o--|   | an arc of the free number at a section of the path
+//            |o--|o-|   |   o a posture; a link is how far, and how fast, the joints move
+//            +-------------- s
+//
+// The search is dynamic programming over a grid of each arc (R. Bellman, 1957). The descent is Newton's
+// method on the numbers at all sections at once: travel and duration make a tridiagonal system
+// (Gauss-Newton), margins and wishes its diagonal.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "../self_motion/explicit_family.hpp"
+#include "curve.hpp"
+#include "tube.hpp"
+#include "family_tuning.hpp"
+#include "plan_options.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+/// A section of a branch: the arcs of its free number that are permitted at s, or the reason for none.
+struct BranchSection {
+    double s;
+    Pose<double> pose;
+    ArcSet arcs;                             // all that may be used ...
+    std::shared_ptr<const ArcSet> unproven;  // ... and what of it is not proven; null: nothing
+    Status status;
+    Tag pair;       // that touches, where obstacles leave nothing
+    double wished;  // the target of the redundant parameter; NaN if none is best
+};
+
+/// A configuration with two derivatives with respect to the redundant parameter.
+struct BranchState {
+    double free, q[joints], slope[joints], theta[joints];
+    double cost, cost_1, cost_2;  // of margins and the wish
+    double margin, elbow_margin;
+};
+
+/// A start or a goal as a place in a branch; q is null if it is free.
+struct BranchEnd {
+    const double* q = nullptr;
+    double lambda = 0, gap = 0;
+    int gc = -1;
+};
+
+/// A branch with its sections, and the path through them.
+struct SearchedBranch {
+    BranchReport report;
+    std::vector<BranchSection> sections;
+    std::vector<BranchState> way;                  // at the first sections, all of them where there is a way
+    std::vector<std::vector<BranchState>> others;  // that end elsewhere in the same section
+    double cost = infinity;
+    BranchEnd ends[2];
+    unsigned counted = 0;  // bit j: the search tells the revolutions of joint j apart
+};
+
+/// Parameters of a path at equal distances along the tool's way.
+struct SpreadOver {
+    std::vector<double> s;
+    double length = 0;  // how far the path turns the arm (rad)
+
+    /// reach: of the arm (m), which counts as a radian.
+    SpreadOver(std::span<const Segment> path, double reach, const FamilyTuning& tuning) {
+        constexpr int parts = 8;
+        std::vector<double> at{0.0}, gone{0.0};
+        Pose<double> last = pose_at(path.front(), 0.0);
+        for (const Segment& g : path)
+            for (int k = 1; k <= parts; ++k) {
+                const double here_s = k < parts ? g.start + (g.end - g.start) * k / parts : g.end;
+                const Pose<double> here = pose_at(g, here_s);
+                const Twist moved = difference(last, here);
+                length += norm(moved.linear) / reach + norm(moved.angular);
+                at.push_back(here_s);
+                gone.push_back(length + tuning.spacing * here_s);
+                last = here;
+            }
+        length = max(length, tube_parameter_tuning::least_length);
+        const double whole = gone.back();
+        const int count =
+            std::max(tuning.least_sections - 1, static_cast<int>(std::ceil(whole / tuning.spacing)));
+        s.assign(1, 0.0);
+        std::size_t i = 1;
+        for (int k = 1; k < count; ++k) {
+            const double wanted = whole * k / count;
+            while (i + 1 < gone.size() && gone[i] < wanted) ++i;
+            const double share = (wanted - gone[i - 1]) / (gone[i] - gone[i - 1]);
+            s.push_back(at[i - 1] + share * (at[i] - at[i - 1]));
+        }
+        s.push_back(1.0);
+    }
+};
+
+/// An objective with the time that a radian of each joint takes on a path that turns the arm by `length`
+/// (rad).
+inline Objective with_slowness(Objective out, const JointBounds& bounds, double length) noexcept {
+    for (int j = 0; j < joints && out.duration > 0; ++j)
+        out.slowness[j] = 1 / joint_speed(bounds.velocity[j], bounds.acceleration[j], length);
+    return out;
+}
+
+/// Searches paths through the sections of branches, and improves them. Of a family (explicit_family.hpp) it
+/// takes rows(), placer(), at_rest() and singular_distances().
+template <class F>
+class BranchSearch {
+    using Section = BranchSection;
+    using State = BranchState;
+    using Branch = SearchedBranch;
+    using End = BranchEnd;
+    struct Node;
+    using Layers = std::vector<std::vector<Node>>;
+
+public:
+    /// Computes the section of branch gc at s.
+    using Look = std::function<Section(double s, int gc)>;
+    /// Whether joints q at s touch an obstacle; empty: they never do.
+    using Touches = std::function<bool(double s, const double* q)>;
+
+    /// Keeps a reference to the tuning. length: how far the path turns the arm (rad).
+    BranchSearch(const F& family, const Limits& limits, const Objective& objective, double length,
+                 const std::function<void()>& checkpoint, Look look, Touches touches,
+                 const FamilyTuning& tuning)
+        : family_(family),
+          limits_(limits),
+          objective_(objective),
+          length_(length),
+          checkpoint_(checkpoint),
+          look_(std::move(look)),
+          touches_(std::move(touches)),
+          tuning_(tuning) {
+        for (int j = 0; j < joints; ++j) {
+            has_a_turn_[j] = has_a_turn(limits_, j);
+            rest_[j] = at_rest(family_, j);
+        }
+    }
+
+    /// Whether the arcs of a section contain a given end, up to rounding, which does not touch an obstacle.
+    bool is_held(const Section& at, const End& end) const {
+        return abs(wrap(nearest(at.arcs, wrap(end.lambda)) - end.lambda)) <= tuning_.beside &&
+               !touches(at, end.lambda, end.q);
+    }
+
+    /// Finds the path of least cost from section to section, stores it in the branch as far as it leads, and
+    /// returns the number of sections reached.
+    std::size_t search(Branch& branch) const {
+        Layers layer;
+        extend(branch, layer);
+        take_ways(branch, layer);
+        return layer.size();
+    }
+
+    /// Lowers the objective of the branch's paths by a descent each, and keeps the best.
+    void settle(Branch& branch) const {
+        lift_way(branch);
+        descend(branch);
+        for (std::vector<State>& other : std::exchange(branch.others, {})) {
+            Branch now = branch;
+            now.way = std::move(other);
+            lift_way(now);
+            if (beyond(now)) continue;
+            descend(now);
+            if (now.cost < branch.cost) branch = std::move(now);
+        }
+    }
+
+    /// Finds a path through the sections of a branch, with more of them where it ends, and returns the number
+    /// of sections reached. Writes to the report whether it gave up. Ends if is_shut(branch).
+    template <class IsShut>
+    std::size_t find(Branch& branch, const IsShut& is_shut) const {
+        branch.way.clear();
+        for (unsigned more = 0;; branch.counted |= more) {
+            Layers layer;
+            double ahead = 0;  // the farthest s at which no continuation was found
+            for (int round = 0; !is_shut(branch); ++round) {
+                extend(branch, layer);
+                const std::size_t reached = layer.size();
+                branch.report.given_up = false;
+                if (reached == branch.sections.size() || reached == 0) break;
+                if (const double s = branch.sections[reached].s; s > ahead) {
+                    ahead = s;
+                    round = 0;
+                }
+                branch.report.given_up = round == tuning_.rounds;
+                if (branch.report.given_up || !halve(branch, reached - 1)) break;
+                if (reached >= 2 && halve(branch, reached - 2)) layer.pop_back();
+            }
+            if (layer.empty()) return 0;
+            take_ways(branch, layer);
+            lift_way(branch);
+            more = beyond(branch) & ~branch.counted;
+            if (!more) return layer.size();
+        }
+    }
+
+    /// Adds turns of 2 pi to the joints of the branch's path, so that they are continuous and, if possible,
+    /// within the limits. It begins at the given start, else ends at the given goal, else begins in the
+    /// revolution with the fewest turns.
+    void lift_way(Branch& branch) const noexcept {
+        std::vector<State>& way = branch.way;
+        if (way.empty()) return;
+        for (std::size_t k = 1; k < way.size(); ++k) way[k].free = lift(way[k].free, way[k - 1].free);
+        for (int j = 0; j < joints; ++j) {
+            if (branch.ends[0].q) way[0].q[j] = lift(way[0].q[j], branch.ends[0].q[j]);
+            double low = way[0].q[j], high = low;
+            for (std::size_t k = 1; k < way.size(); ++k) {
+                way[k].q[j] = lift(way[k].q[j], way[k - 1].q[j]);
+                low = min(low, way[k].q[j]);
+                high = max(high, way[k].q[j]);
+            }
+            if (branch.ends[0].q) continue;
+            double turn = 0;  // as few as keep the limits; of a goal its own
+            const double under = limits_.lower[j] - low - tolerance::angle,
+                         over = high - limits_.upper[j] - tolerance::angle;
+            if (under > 0) turn = std::ceil(under / two_pi);
+            if (over > 0) turn = -std::ceil(over / two_pi);
+            if (branch.ends[1].q) turn = round((branch.ends[1].q[j] - way.back().q[j]) / two_pi);
+            for (State& at : way) at.q[j] += two_pi * turn;
+        }
+    }
+
+    /// Lowers the objective of the branch's path by Newton steps of the redundant parameter at all sections
+    /// that are not fixed.
+    void descend(Branch& branch) const {
+        std::vector<State>& way = branch.way;
+        const std::vector<Section>& at = branch.sections;
+        const std::size_t n = way.size();
+        const double w = 2 * objective_.travel;
+        std::vector<double> diagonal(n), beside(n), move(n);
+        branch.cost = cost_of(branch, way);
+        for (int step = 0; step < tuning_.steps; ++step) {
+            pass_checkpoint();
+            for (std::size_t k = 0; k < n; ++k) {
+                const double share = share_of(at, k, n);
+                diagonal[k] = share * max(way[k].cost_2, 0.0);
+                move[k] = -share * way[k].cost_1;
+                beside[k] = 0;
+            }
+            for (std::size_t k = 0; k + 1 < n; ++k) {
+                const double per = w / (at[k + 1].s - at[k].s);
+                for (int j = 0; j < joints; ++j) {
+                    const double d = way[k + 1].q[j] - way[k].q[j], a = way[k].slope[j],
+                                 b = way[k + 1].slope[j];
+                    diagonal[k] += per * a * a;
+                    diagonal[k + 1] += per * b * b;
+                    beside[k] -= per * a * b;
+                    move[k] += per * d * a;
+                    move[k + 1] -= per * d * b;
+                }
+                if (objective_.duration > 0) {
+                    const Haste haste = haste_of(way[k], way[k + 1], at[k + 1].s - at[k].s);
+                    diagonal[k] += haste.from_from;
+                    diagonal[k + 1] += haste.to_to;
+                    beside[k] += haste.from_to;
+                    move[k] -= haste.from;
+                    move[k + 1] -= haste.to;
+                }
+            }
+            for (std::size_t k = 0; k < n; ++k) {
+                const bool held = anchor(branch, k) != nullptr;
+                if (held) {
+                    diagonal[k] = 1;
+                    move[k] = beside[k] = 0;
+                    if (k > 0) beside[k - 1] = 0;
+                }
+                diagonal[k] = diagonal[k] * (1 + 1e-9) + 1e-12;
+            }
+            for (std::size_t k = 1; k < n; ++k) {
+                const double factor = beside[k - 1] / diagonal[k - 1];
+                diagonal[k] -= factor * beside[k - 1];
+                move[k] -= factor * move[k - 1];
+            }
+            double most = 0;
+            for (std::size_t k = n; k-- > 0;) {
+                move[k] = (move[k] - (k + 1 < n ? beside[k] * move[k + 1] : 0.0)) / diagonal[k];
+                most = max(most, abs(move[k]));
+            }
+            const double before = branch.cost;
+            double share = most > tuning_.farthest ? tuning_.farthest / most : 1.0;
+            for (; share * most > tolerance::angle; share *= 0.5) {
+                std::vector<State> next(n);
+                bool there = true;
+                for (std::size_t k = 0; k < n && there; ++k) {
+                    const double wanted = way[k].free + share * move[k];
+                    const double free =
+                        anchor(branch, k) ? way[k].free : within_arc(at[k], way[k].free, wanted);
+                    next[k] = way[k];
+                    there = anchor(branch, k) || state(at[k], branch.report.gc, free, way[k].q, next[k]);
+                }
+                const double cost = there ? cost_of(branch, next) : infinity;
+                if (!(cost < branch.cost)) continue;
+                way = std::move(next);
+                branch.cost = cost;
+                break;
+            }
+            if (!(before - branch.cost > tuning_.settled * before)) return;
+        }
+    }
+
+    /// The spline of the free number along the branch's path, on given breaks of s, or its sections (empty).
+    static Spline drawn(const Branch& branch, const std::vector<double>& breaks = {}) {
+        std::vector<double> s, free;
+        for (std::size_t k = 0; k < branch.way.size(); ++k) {
+            s.push_back(branch.sections[k].s);
+            free.push_back(branch.way[k].free);
+        }
+        return spline(breaks.empty() ? s : breaks, s, free);
+    }
+
+    /// Inserts sections and configurations into the branch's path where the proof is open, and minimizes
+    /// again; false if nothing was inserted.
+    bool refine(Branch& branch, const Proof& proof) const {
+        std::vector<Section> sections{branch.sections[0]};
+        std::vector<State> way{branch.way[0]};
+        bool finer = false;
+        for (std::size_t k = 1; k < branch.sections.size(); ++k) {
+            const double a = branch.sections[k - 1].s, b = branch.sections[k].s;
+            bool open = false;
+            for (std::size_t i = 0; i < proof.open.size(); i += 2)
+                open = open || (proof.open[i] < b && proof.open[i + 1] > a);
+            if (open && b - a > tube_parameter_tuning::same) {
+                const Section half = look_(0.5 * (a + b), branch.report.gc);
+                if (half.arcs.empty()) return false;
+                const State &from = way.back(), &to = branch.way[k];
+                const double between = 0.5 * (from.free + to.free);
+                const double moved = between + wrap(nearest(half.arcs, wrap(between)) - between);
+                State here;
+                if (!state(half, branch.report.gc, within_arc(half, moved, moved), from.q, here))
+                    return false;
+                sections.push_back(half);
+                way.push_back(here);
+                finer = true;
+            }
+            sections.push_back(branch.sections[k]);
+            way.push_back(branch.way[k]);
+        }
+        branch.sections = std::move(sections);
+        branch.way = std::move(way);
+        branch.report.sections = static_cast<unsigned>(branch.sections.size());
+        if (finer) descend(branch);
+        return finer;
+    }
+
+private:
+    struct Node {
+        double free, q[joints];
+        double worth;  // the cost of the configuration
+        double cost;   // of the cheapest path to it
+        int from, arc;
+    };
+
+    /// Continues the cheapest paths to the configurations of each section, layer by layer, from those there
+    /// are, as far as they lead.
+    void extend(const Branch& branch, Layers& layer) const {
+        const Objective& w = objective_;
+        for (std::size_t k = layer.size(); k < branch.sections.size(); ++k) {
+            pass_checkpoint();
+            std::vector<Node> here = nodes(branch, k);
+            bool reached = k == 0 && !here.empty();
+            if (k == 0)
+                for (Node& first : here) first.cost = 0;
+            for (Node& to : here) {
+                if (k == 0) break;
+                const std::vector<Node>& last = layer.back();
+                const double ds = branch.sections[k].s - branch.sections[k - 1].s;
+                for (std::size_t i = 0; i < last.size(); ++i) {
+                    const Node& from = last[i];
+                    if (!(from.cost < to.cost) || abs(wrap(to.free - from.free)) > tuning_.link) continue;
+                    double sum = 0, most = 0, rate[joints];
+                    for (int j = joints - 1; j >= 0 && most <= tuning_.link; --j) {
+                        const double move = way(branch, j, from.q[j], to.q[j]);
+                        most = max(most, abs(move));
+                        sum += move * move;
+                        rate[j] = move / ds;
+                    }
+                    if (most > tuning_.link) continue;
+                    double cost = from.cost + w.travel * sum / ds + 0.5 * ds * (from.worth + to.worth);
+                    if (!(cost < to.cost) || !joined(branch, k, from, to)) continue;
+                    cost += ds * hurry(w, length_, rate);
+                    if (!(cost < to.cost)) continue;
+                    to.cost = cost;
+                    to.from = static_cast<int>(i);
+                    reached = true;
+                }
+            }
+            if (!reached) break;
+            std::erase_if(here, [](const Node& node) { return !(node.cost < infinity); });
+            layer.push_back(std::move(here));
+        }
+    }
+
+    /// Stores the paths to the cheapest ends of the last layer in the branch.
+    void take_ways(Branch& branch, const Layers& layer) const {
+        branch.way.clear();
+        branch.others.clear();
+        if (layer.empty()) return;
+        for (const std::size_t end : least_ends(layer.back())) {
+            std::vector<State> way(layer.size());
+            std::size_t at = end;
+            for (std::size_t k = layer.size(); k-- > 0;) {
+                const Node& node = layer[k][at];
+                if (const End* held = anchor(branch, k))
+                    way[k] = fixed(branch.sections[k], branch.report.gc, *held);
+                else
+                    state(branch.sections[k], branch.report.gc, node.free, node.q, way[k]);
+                at = static_cast<std::size_t>(std::max(node.from, 0));
+            }
+            if (branch.way.empty())
+                branch.way = std::move(way);
+            else
+                branch.others.push_back(std::move(way));
+        }
+    }
+
+    /// The configurations of the last section that cost less than those beside them, the cheapest first: each
+    /// is the end of a path that a descent may lead to another optimum.
+    std::vector<std::size_t> least_ends(const std::vector<Node>& last) const {
+        std::vector<std::size_t> out;
+        for (std::size_t i = 0; i < last.size(); ++i) {
+            const auto less = [&](std::size_t k) {
+                return last[k].arc == last[i].arc && last[k].cost < last[i].cost;
+            };
+            if (!(i > 0 && less(i - 1)) && !(i + 1 < last.size() && less(i + 1))) out.push_back(i);
+        }
+        std::stable_sort(out.begin(), out.end(),
+                         [&](std::size_t a, std::size_t b) { return last[a].cost < last[b].cost; });
+        if (out.size() > tuning_.ways) out.resize(tuning_.ways);
+        return out;
+    }
+
+    /// Calls the caller's checkpoint, if any, which may throw to stop the computation.
+    void pass_checkpoint() const {
+        if (checkpoint_) checkpoint_();
+    }
+
+    /// Computes the configuration of a value of the redundant parameter, in the revolution nearest to `near`,
+    /// or to the middles of the limits if it is null. False if there is no solution, or it touches an
+    /// obstacle.
+    bool state(const Section& at, int gc, double free, const double* near, State& out) const {
+        return state<Jet<double, 2>>(placer(family_, at.pose, gc), at.wished, free, near, out) &&
+               !touches(at, free, out.q);
+    }
+    /// Whether joints of a section touch an obstacle; false where that is proven of their redundant
+    /// parameter.
+    bool touches(const Section& at, double free, const double* q) const {
+        return at.unproven && touches_ && armangle::find(*at.unproven, wrap(free)).index >= 0 &&
+               touches_(at.s, q);
+    }
+
+    /// The same at the pose of a placer (explicit_family.hpp), with the target of the redundant parameter. J:
+    /// double, if derivatives are not needed.
+    template <class J, class Place>
+    bool state(const Place& place, double wished, double free, const double* near,
+               State& out) const noexcept {
+        constexpr bool derived = !std::is_same_v<J, double>;
+        const auto value = [](const J& x) -> double {
+            if constexpr (derived)
+                return x.value();
+            else
+                return x;
+        };
+        J varied(free);
+        if constexpr (derived) varied = J::variable(free);
+        const Arm& rows = family_.rows();
+        Directions<J> d;
+        if (!(place(varied, near, d) > 0)) return false;
+        J theta[joints], cost(0.0);
+        out.free = free;
+        out.margin = out.elbow_margin = infinity;
+        const Objective& w = objective_;
+        const auto weigh = [&](const J& distance, Kind kind, double& margin) {
+            if (!(weight(w, kind) > 0)) return;
+            margin = min(margin, value(distance));
+            cost = cost + J(weight(w, kind)) * armangle::cost(distance, kind, w.enough);
+        };
+        for (int j = 0; j < joints; ++j) {
+            theta[j] = atan2(d.y[j], d.x[j]);
+            out.theta[j] = value(theta[j]);
+            out.q[j] = lift(to_q(rows, j, out.theta[j]), near ? near[j] : rest_[j]);
+            J q(out.q[j]);
+            if constexpr (derived) {
+                q = theta[j] * J(rows.sign[j]);
+                q.coefficient[0] = out.q[j];
+                out.slope[j] = q.coefficient[1];
+            }
+            double& margin = j == 3 ? out.elbow_margin : out.margin;
+            if (limits_.lower[j] > -infinity) weigh(q - J(limits_.lower[j]), Kind::limit, margin);
+            if (limits_.upper[j] < infinity) weigh(J(limits_.upper[j]) - q, Kind::limit, margin);
+        }
+        family_.singular_distances(theta, [&](const J& x) { weigh(x, Kind::singularity, out.margin); });
+        cost = cost * J(margin_scale(length_));
+        if (!is_nan(wished)) {
+            const J off = varied - J(wished);
+            cost = cost + J(w.psi * wish_scale(length_)) * (J(2.0) - J(2.0) * sin_cos(off).cos);
+        }
+        out.cost = value(cost);
+        if constexpr (derived) {
+            out.cost_1 = cost.coefficient[1];
+            out.cost_2 = 2 * cost.coefficient[2];
+        }
+        return out.cost == out.cost;
+    }
+
+    /// The difference of two values of joint j (rad): the shorter way round if its range is at least 2 pi and
+    /// its revolutions are not told apart.
+    double way(const Branch& branch, int j, double from, double to) const noexcept {
+        return has_a_turn_[j] && !(branch.counted >> j & 1u) ? wrap(to - from) : to - from;
+    }
+
+    /// Joints (bits) whose revolutions must be told apart: those that leave their limits on the branch's
+    /// path, or end it in another revolution than that of the goal.
+    unsigned beyond(const Branch& branch) const noexcept {
+        unsigned out = 0;
+        const bool whole = branch.way.size() == branch.sections.size();
+        for (int j = 0; j < joints; ++j) {
+            if (!has_a_turn_[j] || is_unlimited(limits_, j)) continue;
+            for (const State& at : branch.way)
+                if (at.q[j] < limits_.lower[j] - tolerance::angle ||
+                    at.q[j] > limits_.upper[j] + tolerance::angle)
+                    out |= 1u << j;
+            if (whole && branch.ends[1].q && abs(branch.way.back().q[j] - branch.ends[1].q[j]) > pi)
+                out |= 1u << j;
+        }
+        return out;
+    }
+
+    /// Inserts a section of the branch half way between its sections k and k + 1; false, without a change, if
+    /// they are too close.
+    bool halve(Branch& branch, std::size_t k) const {
+        const double a = branch.sections[k].s, b = branch.sections[k + 1].s, s = 0.5 * (a + b);
+        if (!(b - a > tube_parameter_tuning::same)) return false;
+        branch.sections.insert(branch.sections.begin() + static_cast<std::ptrdiff_t>(k) + 1,
+                               look_(s, branch.report.gc));
+        return true;
+    }
+
+    /// The start or goal that section k must use; null: none.
+    const End* anchor(const Branch& branch, std::size_t k) const noexcept {
+        if (k == 0 && branch.ends[0].q) return &branch.ends[0];
+        return k + 1 == branch.sections.size() && branch.ends[1].q ? &branch.ends[1] : nullptr;
+    }
+
+    /// The configuration of a given end, whose joints are taken as they are.
+    State fixed(const Section& at, int gc, const End& end) const {
+        State out{};
+        state(at, gc, end.lambda, end.q, out);
+        if (!(out.cost < infinity)) out = {};  // where joints share their turn
+        out.free = end.lambda;
+        std::copy(end.q, end.q + joints, out.q);
+        return out;
+    }
+
+    /// The configurations of section k that the search tries: that of a given end, or some on each arc, in
+    /// all revolutions that are told apart; empty if the section has no arc, or not that of the end.
+    std::vector<Node> nodes(const Branch& branch, std::size_t k) const {
+        std::vector<Node> out;
+        const Section& section = branch.sections[k];
+        const auto place = placer(family_, section.pose, branch.report.gc);
+        const auto put = [&](const State& x, int arc) {
+            Node& node = out.emplace_back();
+            node = {x.free, {}, x.cost, infinity, -1, arc};
+            std::copy(x.q, x.q + joints, node.q);
+        };
+        const auto add = [&](double free, int arc) {
+            State x;
+            if (!state<double>(place, section.wished, free, nullptr, x) ||
+                !within_limits(limits_, x.q, tolerance::angle) || touches(section, free, x.q))
+                return;
+            const std::size_t first = out.size();
+            put(x, arc);
+            for (int j = 0; j < joints; ++j) {
+                if (!(branch.counted >> j & 1u)) continue;
+                const double q = x.q[j];
+                const double low = std::ceil((limits_.lower[j] - tolerance::angle - q) / two_pi);
+                const double high = std::floor((limits_.upper[j] + tolerance::angle - q) / two_pi);
+                for (std::size_t i = first, n = out.size(); i < n; ++i)
+                    for (double turn = low; turn <= high; ++turn) {
+                        Node near = out[i];
+                        near.q[j] += two_pi * turn;
+                        State other;
+                        if (turn != 0 && state<double>(place, section.wished, free, near.q, other))
+                            put(other, arc);
+                    }
+            }
+        };
+        if (const End* end = anchor(branch, k)) {
+            if (is_held(section, *end))
+                put(fixed(section, branch.report.gc, *end), arc_at(section, end->lambda));
+            return out;
+        }
+        for (int i = 0; i < section.arcs.count; ++i) {
+            const Arc& arc = section.arcs.arc[i];
+            const double width = arc.upper - arc.lower;
+            const double inset = min(tuning_.inset, tuning_.inset_share * width);
+            const double low = arc.lower + inset, high = arc.upper - inset;
+            const double first = std::ceil(low / tuning_.step) * tuning_.step;
+            add(low, i);
+            for (double free = first; free < high; free += tuning_.step)
+                if (free > low) add(free, i);
+            if (high > low) add(high, i);
+        }
+        return out;
+    }
+
+    /// The cost of the motion from one configuration to another over ds.
+    double moving(const State& a, const State& b, double ds) const noexcept {
+        double sum = 0, rate[joints];
+        for (int j = 0; j < joints; ++j) {
+            sum += (b.q[j] - a.q[j]) * (b.q[j] - a.q[j]);
+            rate[j] = (b.q[j] - a.q[j]) / ds;
+        }
+        return objective_.travel * sum / ds + ds * hurry(objective_, length_, rate);
+    }
+
+    /// The part of s that section k represents.
+    double share_of(const std::vector<Section>& x, std::size_t k, std::size_t n) const noexcept {
+        return 0.5 * ((k + 1 < n ? x[k + 1].s : x[k].s) - (k > 0 ? x[k - 1].s : x[k].s));
+    }
+
+    /// The objective of a path: distances from limits and target, travel and duration, summed over sections.
+    double cost_of(const Branch& branch, const std::vector<State>& way) const noexcept {
+        double sum = 0;
+        for (std::size_t k = 0; k < way.size(); ++k) {
+            sum += share_of(branch.sections, k, way.size()) * way[k].cost;
+            if (k + 1 < way.size())
+                sum += moving(way[k], way[k + 1], branch.sections[k + 1].s - branch.sections[k].s);
+        }
+        return sum;
+    }
+
+    /// The arc of a section that contains a value of the free number, or is nearest to it.
+    static int arc_at(const Section& section, double free) noexcept {
+        double least = infinity;
+        int out = 0;
+        for (int i = 0; i < section.arcs.count; ++i) {
+            const Arc& arc = section.arcs.arc[i];
+            const double middle = 0.5 * (arc.lower + arc.upper);
+            const double off = abs(lift(free, middle) - middle) - 0.5 * (arc.upper - arc.lower);
+            if (off < least) out = i;
+            least = min(least, off);
+        }
+        return out;
+    }
+
+    /// Whether some value between those of two configurations, on the shorter way round, lies in the arcs of
+    /// both. At a given end limits of two joints may meet, and the arc grows out of a moving point.
+    bool joined(const Branch& branch, std::size_t k, const Node& from, const Node& to) const noexcept {
+        const double slack =
+            anchor(branch, k) || anchor(branch, k - 1) ? tube_tuning::still : tolerance::angle;
+        const double a = from.free, b = lift(to.free, a);
+        double lower = min(a, b), upper = max(a, b);
+        const auto keep = [&](const Section& section, const Node& x, double free) {
+            const Arc& arc = section.arcs.arc[x.arc];
+            if (arc.upper - arc.lower >= two_pi - tolerance::angle) return;
+            const double turn = free - lift(free, 0.5 * (arc.lower + arc.upper));
+            lower = max(lower, arc.lower + turn);
+            upper = min(upper, arc.upper + turn);
+        };
+        keep(branch.sections[k - 1], from, a);
+        keep(branch.sections[k], to, b);
+        return lower <= upper + slack;
+    }
+
+    /// The value near `wanted` within the arc of a section that contains `free`, slightly inside its ends.
+    double within_arc(const Section& section, double free, double wanted) const noexcept {
+        const double at = nearest(section.arcs, wrap(free));
+        for (int i = 0; i < section.arcs.count; ++i) {
+            const Arc& arc = section.arcs.arc[i];
+            const double middle = 0.5 * (arc.lower + arc.upper), half = 0.5 * (arc.upper - arc.lower);
+            if (abs(lift(at, middle) - middle) > half + tolerance::angle) continue;
+            if (half >= pi - tolerance::angle) return wanted;
+            const double room =
+                half - min(tuning_.inset, 2 * tuning_.inset_share * half) * tuning_.inset_share;
+            const double moved = wanted - free + lift(free, middle);
+            return wanted + (min(max(moved, middle - room), middle + room) - moved);
+        }
+        return free;
+    }
+
+    /// The derivatives of the cost of duration between two sections by their redundant parameters, the
+    /// second ones without the bend of the joints.
+    struct Haste {
+        double from = 0, to = 0, from_from = 0, from_to = 0, to_to = 0;
+    };
+    /// The derivatives of the cost of duration for two configurations ds apart, by their redundant
+    /// parameters.
+    Haste haste_of(const State& a, const State& b, double ds) const noexcept {
+        double rate[joints];
+        for (int j = 0; j < joints; ++j) rate[j] = (b.q[j] - a.q[j]) / ds;
+        const double weight = objective_.duration * length_, n = pace(objective_.slowness, rate);
+        Haste out;
+        for (int j = 0; j < joints; ++j) {
+            const auto [slope, curved] = pace_slope(objective_.slowness[j], rate[j], n);
+            out.from -= slope * a.slope[j];
+            out.to += slope * b.slope[j];
+            out.from_from += curved * a.slope[j] * a.slope[j];
+            out.from_to -= curved * a.slope[j] * b.slope[j];
+            out.to_to += curved * b.slope[j] * b.slope[j];
+        }
+        out.from_from = weight / ds * (out.from_from - 7 / n * out.from * out.from);
+        out.from_to = weight / ds * (out.from_to - 7 / n * out.from * out.to);
+        out.to_to = weight / ds * (out.to_to - 7 / n * out.to * out.to);
+        out.from *= weight;
+        out.to *= weight;
+        return out;
+    }
+
+    const F family_;
+    const Limits limits_;
+    const Objective objective_;  // with the slowness of the joints
+    const double length_;        // how far the path turns the arm (rad)
+    const std::function<void()> checkpoint_;
+    const Look look_;
+    const Touches touches_;
+    const FamilyTuning& tuning_;
+    bool has_a_turn_[joints];
+    double rest_[joints];  // the value of each joint nearest to which it is counted without a reference (rad)
+};
+
+}  // namespace detail
+
+}  // namespace armangle
+
+#include "../names/end.hpp"
