@@ -557,7 +557,8 @@ private:
     }
 
     /// The configurations of section k that the search tries: that of a given end, or some on each arc, in
-    /// all revolutions that are told apart; empty if the section has no arc, or not that of the end.
+    /// all revolutions that are told apart; empty if the section has no arc, or not that of the end, or the
+    /// end is beyond limits.
     std::vector<Node> nodes(const Branch& branch, std::size_t k) const {
         std::vector<Node> out;
         const Section& section = branch.sections[k];
@@ -590,7 +591,7 @@ private:
             }
         };
         if (const End* end = anchor(branch, k)) {
-            if (is_held(section, *end))
+            if (is_held(section, *end) && within_limits(limits_, end->q, tuning_.beside))
                 put(fixed(section, branch.report.gc, *end), arc_at(section, end->lambda));
             return out;
         }

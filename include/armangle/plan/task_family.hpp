@@ -38,7 +38,7 @@ public:
                 out.y[j] = at(pivot.U) * T(pivot.g);
                 out.x[j] = at(pivot.V) * T(pivot.g);
                 if (p % 2) continue;
-                const int h = p / 2;
+                const auto h = static_cast<std::size_t>(p / 2);
                 const Hinge<double>& hinge = f.hinge[h];
                 out.y[hinge_joint[h]] = lost[h] ? T(0.0) : hypot(out.y[j], out.x[j]) * T(hinge.g);
                 out.x[hinge_joint[h]] = at(hinge.H);
