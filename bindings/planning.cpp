@@ -76,7 +76,7 @@ nb::tuple path_gap(Floats segments) {
     const auto n = static_cast<std::size_t>(g.shape(0));
     for (std::size_t i = 1; i < n; ++i) {
         const double off = gap(as_segments(g)[i - 1], as_segments(g)[i]);
-        if (!(off <= path_tuning::apart)) return nb::make_tuple(i, off);
+        if (!(off <= PathTuning::apart)) return nb::make_tuple(i, off);
     }
     return nb::make_tuple(n, 0.0);
 }
@@ -272,7 +272,7 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
         options.allowed = [&asked](double s, ArcSet& arcs) { asked.at(s, arcs); };
     }
     ChainPlan out;
-    const std::size_t plans = options.objective.duration > 0 ? 1 + std::size(plan_tuning::calm) : 1;
+    const std::size_t plans = options.objective.duration > 0 ? 1 + std::size(PlanTuning::calm) : 1;
     Watch watch(plans * (std::bitset<configurations>(branches).count() + 1));
     options.checkpoint = [&watch] {
         if (watch.ended()) throw Interrupted{};
@@ -657,7 +657,7 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.def("path_gap", &path_gap, "segments"_a);
     m.def("path_joined", &path_joined, "segments"_a, "radius"_a);
     m.def("path_rolled", &path_rolled, "segments"_a, "roll"_a, "rate"_a, "out"_a);
-    m.attr("RADIAN") = path_tuning::radian;
+    m.attr("RADIAN") = PathTuning::radian;
     m.def("path_poses", &path_poses, "segments"_a, "s"_a, "out"_a);
     m.def("path_derivatives", &path_derivatives, "segments"_a, "s"_a, "out"_a);
     m.def("interval_many", &interval_many, "operation"_a, "a"_a, "b"_a, "out"_a);

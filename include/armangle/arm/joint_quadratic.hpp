@@ -20,10 +20,11 @@ struct JointQuadratic {
     double g[joints];
 };
 
-namespace joint_box_tuning {
-inline constexpr int sweeps = 24;
-inline constexpr double pull = 1e-12;  // a bound stays active if its multiplier is below this share of g
-}  // namespace joint_box_tuning
+/// Parameters of the bounded least squares over joints.
+struct JointQuadraticTuning {
+    static constexpr int sweeps = 24;
+    static constexpr double pull = 1e-12;  // a bound stays active if its multiplier is below this share of g
+};
 
 namespace detail {
 
@@ -108,7 +109,7 @@ void minimise(const JointQuadratic& p, const double* lower, const double* upper,
         free[j] = x[j] > lower[j] && x[j] < upper[j];
         scale = max(scale, abs(p.g[j]));
     }
-    for (int sweep = 0; sweep < joint_box_tuning::sweeps; ++sweep) {
+    for (int sweep = 0; sweep < JointQuadraticTuning::sweeps; ++sweep) {
         double y[joints], share = 1.0;
         for (int j = 0; j < joints; ++j) y[j] = x[j];
         solve(free, y);
@@ -130,7 +131,7 @@ void minimise(const JointQuadratic& p, const double* lower, const double* upper,
             free[blocking] = false;
             continue;
         }
-        double worst = joint_box_tuning::pull * scale;
+        double worst = JointQuadraticTuning::pull * scale;
         int released = -1;
         for (int j = 0; j < joints; ++j) {
             if (free[j] || !(lower[j] < upper[j])) continue;

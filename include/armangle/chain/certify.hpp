@@ -25,9 +25,10 @@
 
 namespace armangle {
 
-namespace chain_tuning {
-inline constexpr int pieces = 64;  // that a stretch may take on average
-}  // namespace chain_tuning
+/// Parameters of the proof of a curve of a chain.
+struct ChainCertifyTuning {
+    static constexpr int pieces = 64;  // that a stretch may take on average
+};
 
 namespace detail {
 
@@ -41,9 +42,9 @@ public:
         : curve_(curve),
           limits_(limits),
           also_(also),
-          sine_(sin_cos(Interval(max(margin, proof::least_margin))).sin.hi) {
+          sine_(sin_cos(Interval(max(margin, CurveProofTuning::least_margin))).sin.hi) {
         if (scene) move_.emplace(curve.arm, *scene);
-        budget_ = static_cast<long long>(curve.curve.stretches.size() + 8) * chain_tuning::pieces;
+        budget_ = static_cast<long long>(curve.curve.stretches.size() + 8) * ChainCertifyTuning::pieces;
     }
 
     /// Proves all stretches and returns the ranges of s that are not proven and the violations that were
@@ -92,11 +93,11 @@ private:
             const PlacedPosture here = curve_.lifted(x, s, nominal_at(x, s));
             const double margin = limit_margin(limits_, here.q);
             const double room = move_ && is_finite(here.q) ? move_->nearest_pair(here.q, 0.0).room : 0.0;
-            if (room < -straight_move_tuning::slack - proof::broken) {
+            if (room < -StraightMoveTuning::slack - CurveProofTuning::broken) {
                 short_ = max(short_, -room);
-                if (margin >= -proof::broken) proof_.violated.push_back(s);
+                if (margin >= -CurveProofTuning::broken) proof_.violated.push_back(s);
             }
-            if (margin >= -proof::broken) continue;
+            if (margin >= -CurveProofTuning::broken) continue;
             proof_.violated.push_back(s);
             excess_ = margin < 0 ? max(excess_, -margin) : infinity;  // of no posture there is none
         }
@@ -120,7 +121,7 @@ private:
             before_ = tube;
             return known_ = true;
         }
-        if (depth == proof::depth) return false;
+        if (depth == CurveProofTuning::depth) return false;
         const double half = 0.5 * (from + to);
         return prove(x, from, half, depth + 1) && prove(x, half, to, depth + 1);
     }
@@ -154,7 +155,8 @@ private:
         for (int j = 0; j < joints; ++j) {
             const Interval theta = tube.range(j, off, tube.within[j]);
             const Interval q = Interval(arm.sign[j]) * (theta - Interval(arm.offset[j]));
-            if (!(q.lo >= limits_.lower[j] + proof::slack && q.hi <= limits_.upper[j] - proof::slack))
+            if (!(q.lo >= limits_.lower[j] + CurveProofTuning::slack &&
+                  q.hi <= limits_.upper[j] - CurveProofTuning::slack))
                 return false;
             angle[j] = sin_cos(theta);
         }

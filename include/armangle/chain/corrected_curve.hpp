@@ -33,18 +33,19 @@ bool solve_by_newton(const EquationsNow& equations, const Move& move) noexcept {
     for (int pass = 0;; ++pass) {
         const auto now = equations();
         const double left = now.size();
-        const bool solved = left <= chain_tuning::residual;
-        if (left <= chain_tuning::settled || (solved && !(left < before))) return true;
+        const bool solved = left <= ChainInverseTuning::residual;
+        if (left <= ChainInverseTuning::settled || (solved && !(left < before))) return true;
         InverseSlope<double> back;
-        if (pass == chain_tuning::newton_steps || !(left < infinity) || !eliminate(now, back)) return solved;
+        if (pass == ChainInverseTuning::newton_steps || !(left < infinity) || !eliminate(now, back))
+            return solved;
         before = left;
         double step[joints], longest = 0;
         for (int j = 0; j < joints; ++j) {
             step[j] = back.times(j, now.left);
             longest = max(longest, abs(step[j]));
         }
-        if (longest > chain_tuning::largest_step)
-            for (double& part : step) part *= chain_tuning::largest_step / longest;
+        if (longest > ChainInverseTuning::largest_step)
+            for (double& part : step) part *= ChainInverseTuning::largest_step / longest;
         move(step);
     }
 }
@@ -79,7 +80,7 @@ inline bool eliminate(const SevenEquations<double>& f, InverseSlope<double>& out
         int pivot = k;
         for (int i = k + 1; i < joints; ++i)
             if (abs(a[i][k]) > abs(a[pivot][k])) pivot = i;
-        if (!(abs(a[pivot][k]) > chain_tuning::vanishing)) return false;
+        if (!(abs(a[pivot][k]) > ChainInverseTuning::vanishing)) return false;
         std::swap(a[k], a[pivot]);
         const double per = 1 / a[k][k];
         for (double& x : a[k]) x *= per;

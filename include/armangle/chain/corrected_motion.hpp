@@ -411,12 +411,13 @@ private:
     T bend_rate_ = T(0.0), shoulder_rate_ = T(0.0), wrist_rate_ = T(0.0);  // rad/m of the wrist
 };
 
-namespace chain_tuning {
-inline constexpr int balls = 6;  // tried over a cell
-// of a nominal frame over the half width of a cell, supposed at first: a small ball grows to what keeps
-// itself
-inline constexpr double first_turn = 1.5;
-}  // namespace chain_tuning
+/// Parameters of the ranges of the joints of corrected poses.
+struct CorrectedMotionTuning {
+    static constexpr int balls = 6;  // tried over a cell
+    // of a nominal frame over the half width of a cell, supposed at first: a small ball grows to what keeps
+    // itself
+    static constexpr double first_turn = 1.5;
+};
 
 namespace detail {
 
@@ -469,12 +470,12 @@ inline CorrectedMotion<T> motion_about(const ChainArm& arm, const Triad<T>& on,
     const T lean = norm(there.w - on.w),
             psi_shift = T(2.0) * lean * (lean + T(abs(nominal.d_4)) / there.distance) * half;
     T turn[joints + 1];
-    for (T& one : turn) one = T(chain_tuning::first_turn) * half;
+    for (T& one : turn) one = T(CorrectedMotionTuning::first_turn) * half;
     PoseBall<T> ball = detail::turned_ball(arm, turn);
     CorrectedMotion<T> out(nominal, centre, there, gc);
     SinCos<T> towards[joints];
     auto holds = T(1.0) < T(0.0);
-    for (int pass = 0; pass < chain_tuning::balls; ++pass) {
+    for (int pass = 0; pass < CorrectedMotionTuning::balls; ++pass) {
         out.widen(ball, psi_shift);
         out.reaches(T(0.0), half, joints_over, towards);
         detail::frames_turn(joints_over, ball.turn, turn);

@@ -15,10 +15,11 @@
 
 namespace armangle {
 
-namespace chain_tuning {
-inline constexpr int passes = 10;       // repetitions of one control cycle
-inline constexpr double stays = 1e-12;  // m: a smaller change of the corrected target ends them
-}  // namespace chain_tuning
+/// Parameters of a tracker with a corrected target.
+struct CorrectedTrackerTuning {
+    static constexpr int passes = 10;       // repetitions of one control cycle
+    static constexpr double stays = 1e-12;  // m: a smaller change of the corrected target ends them
+};
 
 /// The transform N T^-1 of the tool poses N of the nominal and T of the true arm at joint values q, which
 /// takes a target of the true tool to that of the nominal tool.
@@ -106,7 +107,7 @@ public:
         Pose<double> seen = start;
         Guess last{};
         Tracked out{};
-        for (int pass = 0; pass < chain_tuning::passes; ++pass) {
+        for (int pass = 0; pass < CorrectedTrackerTuning::passes; ++pass) {
             Towards elbow;
             Command corrected = command;
             corrected.seen = &seen;
@@ -118,7 +119,7 @@ public:
             tracker_ = before;
             out = tracker_.tick(corrected);
             const Pose<double> then = correction(arm_, out.q), &hand = tracker_.hand();
-            if (size(difference(seen * hand, then * hand), length_) <= chain_tuning::stays) break;
+            if (size(difference(seen * hand, then * hand), length_) <= CorrectedTrackerTuning::stays) break;
             const Guess now{seen, then};
             seen = pass == 0 ? then : next_guess(arm_, last, now);
             last = now;
@@ -137,7 +138,7 @@ private:
         out.psi = redundancy(now);
         out.gc = now.gc;
         out.distance = size(difference(now.pose, tracker_.hand()), length_);
-        if (out.status != Tracking::FOLLOWING || out.distance <= tracker_tuning::exact) return;
+        if (out.status != Tracking::FOLLOWING || out.distance <= TrackerTuning::exact) return;
         out.status = Tracking::LAGGING;
         out.why = Status::NO_CONVERGENCE;
     }

@@ -9,7 +9,7 @@
 // halved, in rounds over all of the circle, and at last left out. Where a function of a limit is proven to
 // rise or to fall over all of such a stretch, its end is found at once and nothing more is looked at.
 //
-// An end is the psi at which the true joint is at its limit, to chain_tuning::residual. What is proven
+// An end is the psi at which the true joint is at its limit, to ChainInverseTuning::residual. What is proven
 // neither way (beside a singularity, where branches merge and a psi may have two postures) is left out, and
 // its measure is counted.
 #pragma once
@@ -24,19 +24,22 @@
 
 namespace armangle {
 
-namespace chain_tuning {
-inline constexpr int cells = 16;            // of a circle of which nothing is known to begin with
-inline constexpr double widest_ball = 0.2;  // rad: half width of a stretch that is looked at about its middle
-inline constexpr double widest_hull = 0.05;                      // rad: wider ones are hardly ever proven
-inline constexpr int rounds = 3;                                 // over what is left of the circle
-inline constexpr double narrowest[rounds] = {5e-3, 1e-3, 1e-4};  // rad: half width that is left to the next
-inline constexpr double shrunk = 0.7;  // of a stretch: what is open then is worth another look as it is
-inline constexpr int looks[rounds] = {800, 1000, 1200};  // of one pose and branch, all rounds together
-inline constexpr double beside = 2.0;     // half widths: what lies that near to a stretch is its neighbour
-inline constexpr double given_up = 1e-2;  // rad: half width of a stretch that has two postures of a psi
-inline constexpr int depth = 24;          // looks within looks; narrowest is reached before
-inline constexpr int root_steps = 8;
-}  // namespace chain_tuning
+/// Parameters of the proven arcs of a chain.
+struct ChainArcsTuning {
+    static constexpr int cells = 16;  // of a circle of which nothing is known to begin with
+    static constexpr double widest_ball =
+        0.2;  // rad: half width of a stretch that is looked at about its middle
+    static constexpr double widest_hull = 0.05;  // rad: wider ones are hardly ever proven
+    static constexpr int rounds = 3;             // over what is left of the circle
+    static constexpr double narrowest[rounds] = {5e-3, 1e-3,
+                                                 1e-4};  // rad: half width that is left to the next
+    static constexpr double shrunk = 0.7;  // of a stretch: what is open then is worth another look as it is
+    static constexpr int looks[rounds] = {800, 1000, 1200};  // of one pose and branch, all rounds together
+    static constexpr double beside = 2.0;  // half widths: what lies that near to a stretch is its neighbour
+    static constexpr double given_up = 1e-2;  // rad: half width of a stretch that has two postures of a psi
+    static constexpr int depth = 24;          // looks within looks; narrowest is reached before
+    static constexpr int root_steps = 8;
+};
 
 namespace detail {
 
@@ -104,13 +107,13 @@ public:
             part(all, every, -pi, pi, asked, sections);
             decide_sections(all, asked, sections);
         } else {
-            for (int k = chain_tuning::cells; k > 0; --k)
-                open({-pi + two_pi * (k - 1) / chain_tuning::cells, -pi + two_pi * k / chain_tuning::cells,
-                      every, 0});
+            for (int k = ChainArcsTuning::cells; k > 0; --k)
+                open({-pi + two_pi * (k - 1) / ChainArcsTuning::cells,
+                      -pi + two_pi * k / ChainArcsTuning::cells, every, 0});
         }
         decide_all();
         // the whole circle is looked at before any place of it takes all looks
-        while (left_.count > 0 && ++round_ < chain_tuning::rounds) {
+        while (left_.count > 0 && ++round_ < ChainArcsTuning::rounds) {
             while (left_.count > 0) open(left_.stretch[--left_.count]);
             decide_all();
         }
@@ -486,12 +489,12 @@ private:
         const Pose<Several> pose = spread<Several>(pose_);
         const Triad<Several> on = spread<Several>(on_);
         auto there = Several(1.0) < Several(0.0);
-        for (int pass = 0; pass < chain_tuning::root_steps; ++pass) {
+        for (int pass = 0; pass < ChainArcsTuning::root_steps; ++pass) {
             const PsiPlane<Several> plane(on, sin_cos(psi));
             const SevenEquations<Several> now = seven_equations(arm_, pose, plane, angle);
             const Several gap = gap_to(wanted, joint, angle);
-            there = there | (going & (now.size() <= Several(chain_tuning::residual)) &
-                             (abs(gap) <= Several(chain_tuning::residual)));
+            there = there | (going & (now.size() <= Several(ChainInverseTuning::residual)) &
+                             (abs(gap) <= Several(ChainInverseTuning::residual)));
             going = going & !there;
             if (!any(going)) break;
             const Reduced<Several> to(now);
@@ -500,7 +503,7 @@ private:
             to.solve({{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, dot(plane.along, elbow_axis(angle))}, sideways);
             const Several by = (gap - of_joints(joint, [&](int j) { return straight[j]; })) /
                                of_joints(joint, [&](int j) { return sideways[j]; });
-            going = going & (abs(by) < Several(chain_tuning::largest_step));
+            going = going & (abs(by) < Several(ChainInverseTuning::largest_step));
             for (int j = 0; j < joints; ++j)
                 straight[j] = select(going, straight[j] + by * sideways[j], Several(0.0));
             turn_by(straight, angle);
@@ -534,7 +537,7 @@ private:
 
     /// Keeps a stretch for the next round; in the last one it is left unproven.
     void leave(const Stretch& one) noexcept {
-        if (round_ + 1 < chain_tuning::rounds && left_.count < left_.capacity) {
+        if (round_ + 1 < ChainArcsTuning::rounds && left_.count < left_.capacity) {
             left_.stretch[left_.count] = one;
             left_.stretch[left_.count++].depth = 0;
             return;
@@ -552,8 +555,8 @@ private:
     void halve(const Stretch& one) noexcept {
         const double middle = one.middle();
         const bool narrow =
-            one.upper - middle < chain_tuning::narrowest[round_] || one.depth > chain_tuning::depth;
-        if (narrow || looks_ >= chain_tuning::looks[round_]) return leave(one);
+            one.upper - middle < ChainArcsTuning::narrowest[round_] || one.depth > ChainArcsTuning::depth;
+        if (narrow || looks_ >= ChainArcsTuning::looks[round_]) return leave(one);
         open({middle, one.upper, one.open, one.depth + 1});
         open({one.lower, middle, one.open, one.depth + 1});
     }
@@ -565,8 +568,9 @@ private:
             int count = 0;
             while (next_.count > 0 && count < several) {
                 const Stretch one = next_.stretch[--next_.count];
-                const bool spent = one.depth > chain_tuning::depth || looks_ >= chain_tuning::looks[round_];
-                if (spent || one.half() > chain_tuning::widest_ball) {
+                const bool spent =
+                    one.depth > ChainArcsTuning::depth || looks_ >= ChainArcsTuning::looks[round_];
+                if (spent || one.half() > ChainArcsTuning::widest_ball) {
                     halve(one);
                     continue;
                 }
@@ -591,19 +595,20 @@ private:
         bool is_found[several], is_decided[several] = {}, some_narrow = false;
         const Found<Several> found = trail_.find(middle, count, plane, is_found);
         const Several share = meeting_share(arm_, pose, plane, found.angle);
-        for (int k = 0; k < count; ++k) some_narrow |= is_found[k] && half[k] <= chain_tuning::widest_hull;
+        for (int k = 0; k < count; ++k) some_narrow |= is_found[k] && half[k] <= ChainArcsTuning::widest_hull;
         if (some_narrow) {
             Hull<Several> hull;
             const auto proven = prove_hull(arm_, pose, plane, found.angle, psi, Several::load(half), hull);
             bool by_hull[several];
             for (int k = 0; k < several; ++k)
-                by_hull[k] = k < count && is_found[k] && half[k] <= chain_tuning::widest_hull && proven[k];
+                by_hull[k] = k < count && is_found[k] && half[k] <= ChainArcsTuning::widest_hull && proven[k];
             decide_by_hulls(now, by_hull, hull, found, share, is_decided);
         }
         give_up_deep(middle, half, now, count, is_found, share, is_decided);
         bool by_motion[several] = {}, some_by_motion = false;
         for (int k = 0; k < count; ++k) {
-            const bool second = !(share[k] < chain_tuning::alone) && half[k] < chain_tuning::given_up;
+            const bool second =
+                !(share[k] < MeetingShareTuning::alone) && half[k] < ChainArcsTuning::given_up;
             by_motion[k] = !is_decided[k] && is_found[k] && !second;
             some_by_motion |= by_motion[k];
             if (!is_decided[k] && is_found[k] && second) give_up(now[k]);
@@ -632,11 +637,11 @@ private:
                       bool (&is_decided)[several]) noexcept {
         bool unresolvable[several] = {};
         for (int k = 0; k < count; ++k)
-            unresolvable[k] = !is_decided[k] && (!is_found[k] || !(share[k] < chain_tuning::alone));
+            unresolvable[k] = !is_decided[k] && (!is_found[k] || !(share[k] < MeetingShareTuning::alone));
         for (int k = 0; k < count; ++k) {
-            bool deep = unresolvable[k] && half[k] <= chain_tuning::widest_hull, some_adjacent = false;
+            bool deep = unresolvable[k] && half[k] <= ChainArcsTuning::widest_hull, some_adjacent = false;
             for (int i = 0; i < count && deep; ++i) {
-                if (i == k || abs(middle[i] - middle[k]) > chain_tuning::beside * (half[i] + half[k]))
+                if (i == k || abs(middle[i] - middle[k]) > ChainArcsTuning::beside * (half[i] + half[k]))
                     continue;
                 some_adjacent = true;
                 deep = unresolvable[i];
@@ -664,7 +669,7 @@ private:
         part(motion, now.open, -half, half, asked, parts);
         for (int i = 0; i < parts.count; ++i) {
             const Sections::Section& one = parts.section[i];
-            const bool wide = one.upper - one.lower > 2.0 * chain_tuning::shrunk * half;
+            const bool wide = one.upper - one.lower > 2.0 * ChainArcsTuning::shrunk * half;
             if (wide && one.known == Known::open) return halve(now);
         }
         take(parts, middle, now.depth + 1);
@@ -759,7 +764,7 @@ private:
         const SinCos<Several> wanted = sin_cos(Several::load(target));
         const Several slope = of_joints(joint, [&](int j) { return step[j]; });
         const Several by = gap_to(wanted, joint, angle) / slope;
-        const auto going = abs(by) < Several(chain_tuning::largest_step);
+        const auto going = abs(by) < Several(ChainInverseTuning::largest_step);
         for (int j = 0; j < joints; ++j) step[j] = select(going, step[j] * by, Several(0.0));
         turn_by(step, angle);
         psi = psi + select(going, by, Several(0.0));

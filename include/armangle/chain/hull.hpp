@@ -9,7 +9,7 @@
 // the next: those of turns are 1, those of the wrist the length of links that turn. What C lacks of an
 // inverse is in G as well. Hulls side by side are lanes of T. Source: R.
 // E. Moore, Interval Analysis (1966); A. Neumaier, Interval Methods (1990), chapter 5. Rounding is not in the
-// bounds: chain_tuning::rounding stands for it.
+// bounds: ChainHullTuning::rounding stands for it.
 #pragma once
 
 #include "inverse.hpp"
@@ -18,11 +18,12 @@
 
 namespace armangle {
 
-namespace chain_tuning {
-inline constexpr double rounding = 1e-12;  // rad, added to every radius
-inline constexpr double grown = 2.0;       // a radius over the defect it has to hold, at first
-inline constexpr int growths = 3;
-}  // namespace chain_tuning
+/// Parameters of the hull of the postures of a stretch of psi.
+struct ChainHullTuning {
+    static constexpr double rounding = 1e-12;  // rad, added to every radius
+    static constexpr double grown = 2.0;       // a radius over the defect it has to hold, at first
+    static constexpr int growths = 3;
+};
 
 /// Bounds of the joints for psi + t, |t| <= half (rad): theta(t) is within `radius` of theta + slope t, and
 /// dtheta/dpsi within `slope_radius` of `slope`.
@@ -275,11 +276,11 @@ inline auto prove_hull(const ChainArm& arm, const Pose<T>& pose, const detail::P
                     half * half *
                         (T(0.5) * at.curved[i] +
                          half * (T(1.0 / 6.0) * at.jerked[i] + half * T(1.0 / 24.0) * at.snapped[i])) +
-                    size * fifth + T(chain_tuning::rounding);
-        out.radius[i] = T(chain_tuning::grown) * defect[i];
+                    size * fifth + T(ChainHullTuning::rounding);
+        out.radius[i] = T(ChainHullTuning::grown) * defect[i];
     }
     auto proven = T(1.0) < T(0.0);
-    for (int pass = 0; pass < chain_tuning::growths && !all(proven); ++pass) {
+    for (int pass = 0; pass < ChainHullTuning::growths && !all(proven); ++pass) {
         detail::contraction(arm, at, half, out.radius, G);
         T wanted[joints];
         auto holds = T(0.0) < T(1.0);
@@ -289,7 +290,7 @@ inline auto prove_hull(const ChainArm& arm, const Pose<T>& pose, const detail::P
         }
         proven = proven | holds;
         for (int i = 0; i < joints; ++i)
-            out.radius[i] = select(proven, out.radius[i], T(chain_tuning::grown) * wanted[i]);
+            out.radius[i] = select(proven, out.radius[i], T(ChainHullTuning::grown) * wanted[i]);
     }
     out.psi = psi;
     out.half = half;
@@ -302,10 +303,10 @@ inline auto prove_hull(const ChainArm& arm, const Pose<T>& pose, const detail::P
     for (int i = 0; i < joints; ++i) {
         uneven[i] = at.row[i].psi * turning;
         for (int k = 0; k < joints; ++k) uneven[i] = mul_add(G[i][k], abs(at.u[k]), uneven[i]);
-        out.slope_radius[i] = T(chain_tuning::grown) * uneven[i];
+        out.slope_radius[i] = T(ChainHullTuning::grown) * uneven[i];
     }
     auto settled = T(1.0) < T(0.0);
-    for (int pass = 0; pass < chain_tuning::growths && !all(settled); ++pass) {
+    for (int pass = 0; pass < ChainHullTuning::growths && !all(settled); ++pass) {
         T wanted[joints];
         auto holds = T(0.0) < T(1.0);
         for (int i = 0; i < joints; ++i) {
@@ -313,7 +314,7 @@ inline auto prove_hull(const ChainArm& arm, const Pose<T>& pose, const detail::P
             holds = holds & (wanted[i] < out.slope_radius[i]);
         }
         settled = settled | holds;
-        const T more(pass + 1 < chain_tuning::growths ? chain_tuning::grown : infinity);
+        const T more(pass + 1 < ChainHullTuning::growths ? ChainHullTuning::grown : infinity);
         for (int i = 0; i < joints; ++i)
             out.slope_radius[i] = select(settled, out.slope_radius[i], more * wanted[i]);
     }

@@ -37,7 +37,7 @@ public:
             const double sign = arm_.nominal.sign[j];
             out.q[j] = sign * (theta[j] - arm_.nominal.offset[j]);
             out.d[j] = sign * half * hull.slope[j];
-            out.off[j] = half > 0 ? hull.radius[j] : chain_tuning::rounding;
+            out.off[j] = half > 0 ? hull.radius[j] : ChainHullTuning::rounding;
         }
         return true;
     }
@@ -51,8 +51,8 @@ private:
             for (int j = 0; j < joints; ++j) angle[j] = last_[j];
             found = newton(arm_, pose_, plane, gc_, angle) == Status::OK;
         }
-        found = found ||
-                (hard_++ < chain_tuning::hard && solve_angles(arm_, pose_, plane, gc_, angle) == Status::OK);
+        found = found || (hard_++ < PostureTrailTuning::hard &&
+                          solve_angles(arm_, pose_, plane, gc_, angle) == Status::OK);
         if (!found) return false;
         for (int j = 0; j < joints; ++j) last_[j] = angle[j];
         return known_ = true;

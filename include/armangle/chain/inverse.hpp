@@ -14,27 +14,29 @@
 
 namespace armangle {
 
-namespace chain_tuning {
-inline constexpr int corrections = 1;                            // of the pose, before Newton takes over
-inline constexpr int more_corrections = 8;                       // where that does not lead to the posture
-inline constexpr int quick_steps = 4;                            // of Newton in closed form
-inline constexpr int newton_steps = 24;                          // of Newton with short steps
-inline constexpr int bends = 4;                                  // tried where two branches are near
-inline constexpr double bend[bends] = {0.01, 0.03, 0.1, 0.003};  // rad
-inline constexpr double aside[] = {0.02, -0.02};                 // rad of psi: and then from beside
-inline constexpr int walk = 4;                                   // steps back from there
-inline constexpr int far = 8;                                    // and at last from all round the circle
-inline constexpr double far_off[far] = {0.06, -0.06, 0.2, -0.2, 0.6, -0.6, 1.5, -1.5};  // rad of psi
-inline constexpr double stride = 0.05;                                                  // rad: a step back
-inline constexpr double settled = 2e-14;   // of what is left (ratio): another step would change rounding
-inline constexpr double residual = 1e-12;  // largest that is taken for an answer (ratio; m of a metre)
-inline constexpr double held = 1e-6;  // a seed this near to the pose is one of its postures (ratio; rad) ...
-inline constexpr double kept = 1e-3;  // ... if one is this near to it (rad of a joint)
-inline constexpr double largest_step = 0.5;  // rad, of Newton
-inline constexpr double vanishing = 1e-12;   // a determinant of the Jacobian (ratio): two branches meet
-/// Newton has never failed farther than this from theta_2, theta_6 = 0 or a stretched elbow (rad): sine.
-inline constexpr double band_sine = 0.17;
-}  // namespace chain_tuning
+/// Parameters of the inverse of a chain.
+struct ChainInverseTuning {
+    static constexpr int corrections = 1;       // of the pose, before Newton takes over
+    static constexpr int more_corrections = 8;  // where that does not lead to the posture
+    static constexpr int quick_steps = 4;       // of Newton in closed form
+    static constexpr int newton_steps = 24;     // of Newton with short steps
+    static constexpr int bends = 4;             // tried where two branches are near
+    static constexpr double bend[bends] = {0.01, 0.03, 0.1, 0.003};  // rad
+    static constexpr double aside[] = {0.02, -0.02};                 // rad of psi: and then from beside
+    static constexpr int walk = 4;                                   // steps back from there
+    static constexpr int far = 8;                                    // and at last from all round the circle
+    static constexpr double far_off[far] = {0.06, -0.06, 0.2, -0.2, 0.6, -0.6, 1.5, -1.5};  // rad of psi
+    static constexpr double stride = 0.05;     // rad: a step back
+    static constexpr double settled = 2e-14;   // of what is left (ratio): another step would change rounding
+    static constexpr double residual = 1e-12;  // largest that is taken for an answer (ratio; m of a metre)
+    static constexpr double held =
+        1e-6;  // a seed this near to the pose is one of its postures (ratio; rad) ...
+    static constexpr double kept = 1e-3;         // ... if one is this near to it (rad of a joint)
+    static constexpr double largest_step = 0.5;  // rad, of Newton
+    static constexpr double vanishing = 1e-12;   // a determinant of the Jacobian (ratio): two branches meet
+    /// Newton has never failed farther than this from theta_2, theta_6 = 0 or a stretched elbow (rad): sine.
+    static constexpr double band_sine = 0.17;
+};
 
 namespace detail {
 
@@ -129,12 +131,12 @@ ARMANGLE_INLINE Found<T> correct(const ChainArm& arm, const Pose<T>& pose, const
         SinCos<T> angle[joints];
         nominal_posture(arm.nominal, flange_pose(arm.nominal, wanted), plane, gc, angle);
         const Pose<T> rest = from_to(tip(arm, angle), pose);
-        const auto settled = out.left <= T(chain_tuning::settled);
+        const auto settled = out.left <= T(ChainInverseTuning::settled);
         for (int j = 0; j < joints; ++j)
             out.angle[j] = {select(settled, out.angle[j].sin, angle[j].sin),
                             select(settled, out.angle[j].cos, angle[j].cos)};
         out.left = select(settled, out.left, remainder(rest, size));
-        if (pass == corrections || all(out.left <= T(chain_tuning::settled))) return out;
+        if (pass == corrections || all(out.left <= T(ChainInverseTuning::settled))) return out;
         wanted = wanted * rest;
     }
 }
@@ -239,7 +241,7 @@ struct Reduced {
 
     /// Whether both determinants are clearly not 0.
     ARMANGLE_INLINE auto is_regular() const noexcept {
-        const T most(1.0 / chain_tuning::vanishing), of_turn = abs(per_det), of_rest = abs(per);
+        const T most(1.0 / ChainInverseTuning::vanishing), of_turn = abs(per_det), of_rest = abs(per);
         return (of_turn < most) & (of_rest < most);
     }
     /// The rates of joints 5-7 that give a rotation vector.
@@ -302,12 +304,12 @@ ARMANGLE_INLINE auto is_of(const Arm& arm, const PsiPlane<T>& plane, const Confi
 template <class T>
 ARMANGLE_INLINE Found<T> find_posture(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                       const Configuration<T>& gc) noexcept {
-    Found<T> out = correct(arm, pose, plane, gc, chain_tuning::corrections);
-    for (int pass = 0; !all(out.left <= T(chain_tuning::settled)); ++pass) {
+    Found<T> out = correct(arm, pose, plane, gc, ChainInverseTuning::corrections);
+    for (int pass = 0; !all(out.left <= T(ChainInverseTuning::settled)); ++pass) {
         const SevenEquations<T> now = seven_equations(arm, pose, plane, out.angle);
-        out.left = select(out.left <= T(chain_tuning::settled), out.left, now.size());
-        if (pass == chain_tuning::quick_steps) break;
-        const auto settled = out.left <= T(chain_tuning::settled);
+        out.left = select(out.left <= T(ChainInverseTuning::settled), out.left, now.size());
+        if (pass == ChainInverseTuning::quick_steps) break;
+        const auto settled = out.left <= T(ChainInverseTuning::settled);
         T step[joints];
         newton_step(now, step);
         for (T& part : step) part = select(settled, T(0.0), part);
@@ -366,7 +368,7 @@ ARMANGLE_INLINE InverseSlope<T> inverse_slope(const SevenEquations<T>& f, const 
 /// Whether a posture is near a singularity: |sin| of theta_2, theta_4 - delta or theta_6 is small.
 inline bool near_singular(const Arm& arm, const SinCos<double>* angle) noexcept {
     const double bend = angle[3].sin * arm.delta.cos - angle[3].cos * arm.delta.sin;
-    return !(min(min(abs(angle[1].sin), abs(angle[5].sin)), abs(bend)) > chain_tuning::band_sine);
+    return !(min(min(abs(angle[1].sin), abs(angle[5].sin)), abs(bend)) > ChainInverseTuning::band_sine);
 }
 
 /// Newton's method with limited steps from the posture `angle`, which is replaced; for postures that
@@ -378,17 +380,17 @@ inline Status newton(const ChainArm& arm, const Pose<double>& pose, const PsiPla
     for (int pass = 0;; ++pass) {
         const SevenEquations<double> now = seven_equations(arm, pose, plane, angle);
         const double left = now.size();
-        solved = left <= chain_tuning::residual;
+        solved = left <= ChainInverseTuning::residual;
         double step[joints], longest = 0;
-        if (left <= chain_tuning::settled || (solved && !(left < before)) || !(left < infinity)) break;
-        if (pass == chain_tuning::newton_steps) break;  // after the last step is looked at
+        if (left <= ChainInverseTuning::settled || (solved && !(left < before)) || !(left < infinity)) break;
+        if (pass == ChainInverseTuning::newton_steps) break;  // after the last step is looked at
         before = left;
         const Reduced<double> to(now);
         if (!to.is_regular()) break;
         to.solve(now.left, step);
         for (const double part : step) longest = max(longest, abs(part));
-        if (longest > chain_tuning::largest_step)
-            for (double& part : step) part *= chain_tuning::largest_step / longest;
+        if (longest > ChainInverseTuning::largest_step)
+            for (double& part : step) part *= ChainInverseTuning::largest_step / longest;
         turn_by(step, angle);
     }
     if (solved && is_of(arm.nominal, plane, gc, angle)) return Status::OK;
@@ -407,11 +409,11 @@ inline LaneMask<N> newton(const ChainArm& arm, const Pose<Lane<N>>& pose, const 
     for (int pass = 0;; ++pass) {
         const SevenEquations<T> now = seven_equations(arm, pose, plane, angle);
         const T left = now.size();
-        const auto good = left <= T(chain_tuning::residual);
-        const auto done = (left <= T(chain_tuning::settled)) | (good & !(left < before));
+        const auto good = left <= T(ChainInverseTuning::residual);
+        const auto done = (left <= T(ChainInverseTuning::settled)) | (good & !(left < before));
         solved = solved | (going & done);
         going = going & !done & (left < T(infinity));
-        if (pass == chain_tuning::newton_steps) {
+        if (pass == ChainInverseTuning::newton_steps) {
             solved = solved | (going & good);
             break;
         }
@@ -422,7 +424,8 @@ inline LaneMask<N> newton(const ChainArm& arm, const Pose<Lane<N>>& pose, const 
         T step[joints], longest(0.0);
         to.solve(now.left, step);
         for (const T& part : step) longest = max(longest, abs(part));
-        const T most(chain_tuning::largest_step), scale = select(longest > most, most / longest, T(1.0));
+        const T most(ChainInverseTuning::largest_step),
+            scale = select(longest > most, most / longest, T(1.0));
         for (T& part : step) part = select(going, part * scale, T(0.0));
         turn_by(step, angle);
     }
@@ -452,7 +455,7 @@ inline bool solve_quickly(const ChainArm& arm, const Pose<double>& pose, const P
                           const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     const Found<double> found = find_posture(arm, pose, plane, gc);
     for (int j = 0; j < joints; ++j) angle[j] = found.angle[j];
-    return found.left <= chain_tuning::settled;
+    return found.left <= ChainInverseTuning::settled;
 }
 
 /// Computes the posture `angle` by Newton's method from starts that are moved away from singularities. A
@@ -462,12 +465,12 @@ inline Status solve_bent(const ChainArm& arm, const Pose<double>& pose, const Ps
     const auto begin = [&angle](const Found<double>& from) {
         for (int j = 0; j < joints; ++j) angle[j] = from.angle[j];
     };
-    const Found<double> start = correct(arm, pose, plane, gc, chain_tuning::more_corrections);
+    const Found<double> start = correct(arm, pose, plane, gc, ChainInverseTuning::more_corrections);
     begin(start);
     Status status = newton(arm, pose, plane, gc, angle);
-    for (int k = 0; k < chain_tuning::bends && status != Status::OK; ++k) {
+    for (int k = 0; k < ChainInverseTuning::bends && status != Status::OK; ++k) {
         begin(start);
-        bend_by(chain_tuning::bend[k], arm.nominal, gc, angle);
+        bend_by(ChainInverseTuning::bend[k], arm.nominal, gc, angle);
         status = newton(arm, pose, plane, gc, angle);
     }
     return status;
@@ -481,8 +484,8 @@ inline Status solve_from_nearby_psi(const ChainArm& arm, const Pose<double>& pos
     const PsiPlane<double> beside = plane.turned(by);
     Status status = Status::OK;
     if (!solve_quickly(arm, pose, beside, gc, angle)) status = solve_bent(arm, pose, beside, gc, angle);
-    for (int k = chain_tuning::walk - 1; k >= 0 && status == Status::OK; --k)
-        status = newton(arm, pose, plane.turned(by * k / chain_tuning::walk), gc, angle);
+    for (int k = ChainInverseTuning::walk - 1; k >= 0 && status == Status::OK; --k)
+        status = newton(arm, pose, plane.turned(by * k / ChainInverseTuning::walk), gc, angle);
     return status;
 }
 
@@ -490,31 +493,31 @@ inline Status solve_from_nearby_psi(const ChainArm& arm, const Pose<double>& pos
 /// steps. Returns OK or NEAR_SINGULAR.
 inline Status solve_from_far(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                              const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
-    using Far = Lane<chain_tuning::far>;
+    using Far = Lane<ChainInverseTuning::far>;
     const PsiPlane<Far> there = PsiPlane<Far>(spread<Far>(plane.across), spread<Far>(plane.along))
-                                    .turned(Far::load(chain_tuning::far_off));
+                                    .turned(Far::load(ChainInverseTuning::far_off));
     const Pose<Far> same = spread<Far>(pose);
     const Configuration<Far> branch = spread<Far>(gc);
-    const Found<Far> start = correct(arm, same, there, branch, chain_tuning::more_corrections);
+    const Found<Far> start = correct(arm, same, there, branch, ChainInverseTuning::more_corrections);
     SinCos<Far> at[joints];
     for (int j = 0; j < joints; ++j) at[j] = start.angle[j];
     auto found = Far(1.0) < Far(0.0);
-    for (int k = 0; k <= chain_tuning::bends && !all(found); ++k) {
+    for (int k = 0; k <= ChainInverseTuning::bends && !all(found); ++k) {
         SinCos<Far> begun[joints];
         for (int j = 0; j < joints; ++j)
             begun[j] = {select(found, at[j].sin, start.angle[j].sin),
                         select(found, at[j].cos, start.angle[j].cos)};
-        if (k > 0) bend_by(chain_tuning::bend[k - 1], arm.nominal, branch, begun);
+        if (k > 0) bend_by(ChainInverseTuning::bend[k - 1], arm.nominal, branch, begun);
         const auto more = newton(arm, same, there, branch, !found, begun);
         for (int j = 0; j < joints; ++j)
             at[j] = {select(more, begun[j].sin, at[j].sin), select(more, begun[j].cos, at[j].cos)};
         found = found | more;
     }
-    for (int k = 0; k < chain_tuning::far; ++k) {
+    for (int k = 0; k < ChainInverseTuning::far; ++k) {
         if (!found[k]) continue;
         for (int j = 0; j < joints; ++j) angle[j] = {at[j].sin[k], at[j].cos[k]};
-        const double by = chain_tuning::far_off[k];
-        const int steps = 1 + static_cast<int>(abs(by) / chain_tuning::stride);
+        const double by = ChainInverseTuning::far_off[k];
+        const int steps = 1 + static_cast<int>(abs(by) / ChainInverseTuning::stride);
         Status status = Status::OK;
         for (int i = steps - 1; i >= 0 && status == Status::OK; --i)
             status = newton(arm, pose, plane.turned(by * i / steps), gc, angle);
@@ -529,7 +532,7 @@ inline Status solve_angles(const ChainArm& arm, const Pose<double>& pose, const 
                            const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     if (solve_quickly(arm, pose, plane, gc, angle)) return Status::OK;
     Status status = solve_bent(arm, pose, plane, gc, angle);
-    for (const double by : chain_tuning::aside)
+    for (const double by : ChainInverseTuning::aside)
         if (status == Status::NEAR_SINGULAR) status = solve_from_nearby_psi(arm, pose, plane, by, gc, angle);
     return status == Status::NEAR_SINGULAR ? solve_from_far(arm, pose, plane, gc, angle) : status;
 }
@@ -542,17 +545,17 @@ inline bool is_held_by(const ChainArm& arm, const Pose<double>& pose, const PsiP
     double theta[joints];
     theta_of(arm.nominal, seed, theta);
     sin_cos_all(theta, angle);
-    if (!(remainder(from_to(tip(arm, angle), pose), max(1.0, arm.nominal.size)) <= chain_tuning::held))
+    if (!(remainder(from_to(tip(arm, angle), pose), max(1.0, arm.nominal.size)) <= ChainInverseTuning::held))
         return false;
     SinCos<double> from[joints];
     for (int j = 0; j < joints; ++j) from[j] = angle[j];
     bool led = newton(arm, pose, plane, gc, angle) == Status::OK;
     for (int j = 0; j < joints; ++j)
-        led &= hypot(angle[j].sin - from[j].sin, angle[j].cos - from[j].cos) <= chain_tuning::kept;
+        led &= hypot(angle[j].sin - from[j].sin, angle[j].cos - from[j].cos) <= ChainInverseTuning::kept;
     if (led) return true;
     // where branches meet a step is as good as anything, but none is needed
     for (int j = 0; j < joints; ++j) angle[j] = from[j];
-    return seven_equations(arm, pose, plane, angle).size() <= chain_tuning::residual &&
+    return seven_equations(arm, pose, plane, angle).size() <= ChainInverseTuning::residual &&
            is_of(arm.nominal, plane, gc, angle);
 }
 
@@ -588,10 +591,10 @@ inline Status reach_status(const ChainArm& arm, const Triad<double>& on) noexcep
 }  // namespace detail
 
 /// The joint values of the true chain for a pose, psi and branch, in the turns nearest to the seed (null: the
-/// middles of the ranges). The result has the pose and psi within chain_tuning::residual and exactly this
-/// branch; otherwise the joints are NaN and the status is BAD_INPUT, UNREACHABLE, FOLDED, NEAR_SINGULAR where
-/// branches meet, or NO_CONVERGENCE. A rotation within its tolerance is replaced by the nearest exact one. If
-/// there are two postures, the seed's own is returned if it is one of them.
+/// middles of the ranges). The result has the pose and psi within ChainInverseTuning::residual and exactly
+/// this branch; otherwise the joints are NaN and the status is BAD_INPUT, UNREACHABLE, FOLDED, NEAR_SINGULAR
+/// where branches meet, or NO_CONVERGENCE. A rotation within its tolerance is replaced by the nearest exact
+/// one. If there are two postures, the seed's own is returned if it is one of them.
 inline Inverse inverse(const ChainArm& arm, const Pose<double>& pose, double psi, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;

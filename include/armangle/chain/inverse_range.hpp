@@ -43,13 +43,14 @@ inline void solve_element(const ChainArm& arm, const InverseBatch& b, std::size_
 }
 
 /// Tells for each of several postures (one in each lane) whether it reaches its pose within
-/// chain_tuning::held, up to which a seed counts as a posture of the pose.
+/// ChainInverseTuning::held, up to which a seed counts as a posture of the pose.
 template <class T>
 ARMANGLE_INLINE auto meets(const ChainArm& arm, const T (&q)[joints], const Pose<T>& pose) noexcept {
     SinCos<T> angle[joints];
     for (int j = 0; j < joints; ++j)
         angle[j] = sin_cos(T(arm.nominal.sign[j]) * q[j] + T(arm.nominal.offset[j]));
-    return remainder(from_to(tip(arm, angle), pose), max(1.0, arm.nominal.size)) <= T(chain_tuning::held);
+    return remainder(from_to(tip(arm, angle), pose), max(1.0, arm.nominal.size)) <=
+           T(ChainInverseTuning::held);
 }
 
 }  // namespace detail
@@ -76,7 +77,8 @@ inline void inverse_range(const ChainArm& arm, const InverseBatch& b, std::size_
                                  Batch(nominal.limits.upper[j]), in.near[j]);
             for (std::size_t k = 0; k < count; ++k) b.out.at(at[k])[j] = q[static_cast<int>(k)];
         }
-        auto plain = (in.bad == Batch(0.0)) & !is_folded(on) & (found.left <= Batch(chain_tuning::settled));
+        auto plain =
+            (in.bad == Batch(0.0)) & !is_folded(on) & (found.left <= Batch(ChainInverseTuning::settled));
         if (b.seed.data) plain = plain & !detail::meets(arm, in.near, exact);
         for (std::size_t k = 0; k < count; ++k) {
             if (!plain[static_cast<int>(k)]) detail::solve_element(arm, b, at[k], outcome);

@@ -9,11 +9,13 @@
 
 namespace armangle {
 
-namespace chain_tuning {
-inline constexpr double least_radius = 1e-8;   // rad: more than what two segments may lie apart turns a joint
-inline constexpr double tube = 4.0;            // a radius over the defect that it has to hold
-inline constexpr double largest_radius = 0.1;  // rad
-}  // namespace chain_tuning
+/// Parameters of tubes of joints.
+struct JointTubeTuning {
+    static constexpr double least_radius =
+        1e-8;                            // rad: more than what two segments may lie apart turns a joint
+    static constexpr double tube = 4.0;  // a radius over the defect that it has to hold
+    static constexpr double largest_radius = 0.1;  // rad
+};
 
 namespace detail {
 
@@ -78,8 +80,8 @@ bool enclose_joints(const Equations& equations, const Jet<double, 3> (&series)[j
     for (int i = 0; i < joints; ++i) {
         const Interval first = times(i, order(left_there, 1)) * off;
         defect[i] = size_of(times(i, order(left_there, 0)) + first + times(i, order(left, 2)) * far);
-        out.radius[i] = chain_tuning::least_radius + chain_tuning::tube * defect[i];
-        if (!(out.radius[i] < chain_tuning::largest_radius)) return false;
+        out.radius[i] = JointTubeTuning::least_radius + JointTubeTuning::tube * defect[i];
+        if (!(out.radius[i] < JointTubeTuning::largest_radius)) return false;
     }
     const auto there = within(middle, out.radius), over = within(piece, out.radius);
     for (int i = 0; i < joints; ++i) {

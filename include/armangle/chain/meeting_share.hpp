@@ -24,10 +24,11 @@
 
 namespace armangle {
 
-namespace chain_tuning {
-/// Of one half, less what squares of the deviation add: a posture is the only one of its psi and branch.
-inline constexpr double alone = 0.4;
-}  // namespace chain_tuning
+/// Parameters of the distance from a second posture of the same psi.
+struct MeetingShareTuning {
+    /// Of one half, less what squares of the deviation add: a posture is the only one of its psi and branch.
+    static constexpr double alone = 0.4;
+};
 
 namespace detail {
 
@@ -86,7 +87,7 @@ ARMANGLE_INLINE T meeting_share(const ChainArm& arm, const Pose<T>& pose, const 
     const MeetingShare<T> own(arm, pose, plane, angle);
     T out = max(max(own.of_rest, own.of_turn), own.of_all);
     for (const int j : {0, 4}) {
-        const auto straight = abs(angle[j + 1].sin) < T(chain_tuning::band_sine);
+        const auto straight = abs(angle[j + 1].sin) < T(ChainInverseTuning::band_sine);
         if (any(straight))
             out = select(straight, max(out, share_all_round(arm, pose, plane, angle, j, own.of_all)), out);
     }
@@ -106,7 +107,7 @@ inline bool is_alone(const Arm& nominal, double share, const double (&theta)[joi
         if (!(sine > reach[j])) return false;
         most = max(most, sine / (sine - reach[j]));
     }
-    return share * most < chain_tuning::alone;
+    return share * most < MeetingShareTuning::alone;
 }
 
 }  // namespace detail

@@ -20,19 +20,22 @@
 
 namespace armangle {
 
-namespace chain_tuning {
-inline constexpr int first_pieces = 16;      // of the whole circle
-inline constexpr double widest_piece = 0.4;  // rad: half width of a piece that is looked at about its middle
-inline constexpr double polished = 1e-4;     // rad: half width of a piece that is polished
-inline constexpr double doubtful = 0.1;      // rad: width of a part of a stretch that is not proven
-inline constexpr int unproven_parts = 24;    // such parts that joints are settled from
-inline constexpr int local_rounds = 600;  // rounds of solve_locally() for one pose, of some microseconds each
-inline constexpr double shared = 0.3;     // sine of a hinge beside which two joints share a turn
-inline constexpr int polishes = 60;       // halvings, or golden sections, of a piece
-inline constexpr double golden = 0.6180339887498949;
-inline constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone decides
-inline constexpr double straight = 0.2;     // rad off straight: an elbow that may
-}  // namespace chain_tuning
+/// Parameters of the search of the nearest posture of a chain.
+struct ChainNearestTuning {
+    static constexpr int first_pieces = 16;  // of the whole circle
+    static constexpr double widest_piece =
+        0.4;                                  // rad: half width of a piece that is looked at about its middle
+    static constexpr double polished = 1e-4;  // rad: half width of a piece that is polished
+    static constexpr double doubtful = 0.1;   // rad: width of a part of a stretch that is not proven
+    static constexpr int unproven_parts = 24;  // such parts that joints are settled from
+    static constexpr int local_rounds =
+        600;  // rounds of solve_locally() for one pose, of some microseconds each
+    static constexpr double shared = 0.3;  // sine of a hinge beside which two joints share a turn
+    static constexpr int polishes = 60;    // halvings, or golden sections, of a piece
+    static constexpr double golden = 0.6180339887498949;
+    static constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone decides
+    static constexpr double straight = 0.2;     // rad off straight: an elbow that may
+};
 
 namespace detail {
 
@@ -69,8 +72,8 @@ public:
         if (best_.gc >= 0 && !squares()) {
             const PointSolution at = solution_at(best_.gc, best_.psi);
             const double of_elbow = elbow_cost(at.q);
-            if (of_elbow >= best_.cost - chain_tuning::elbow_tie) {
-                elbow_most_ = of_elbow + chain_tuning::elbow_tie;
+            if (of_elbow >= best_.cost - ChainNearestTuning::elbow_tie) {
+                elbow_most_ = of_elbow + ChainNearestTuning::elbow_tie;
                 best_.cost = cost(at.q);
                 for (int gc = 0; gc < configurations; ++gc)
                     if (status_[gc] == Status::OK) survey(gc);
@@ -222,9 +225,9 @@ private:
     /// Computes first lower bounds of the cost in each piece of the circle of a branch.
     void survey(int gc) noexcept {
         const CorrectedMotion<double> coarse = motion_of_all(gc);
-        const double half = pi / chain_tuning::first_pieces;
+        const double half = pi / ChainNearestTuning::first_pieces;
         least_[gc] = infinity;
-        for (int i = 0; i < chain_tuning::first_pieces; ++i) {
+        for (int i = 0; i < ChainNearestTuning::first_pieces; ++i) {
             const Coarse<double> c = coarse.over(-pi + half * (2 * i + 1), half);
             piece_least_[gc][i] = bound(c.theta, c.reach);
             least_[gc] = min(least_[gc], piece_least_[gc][i]);
@@ -286,7 +289,7 @@ private:
 
     /// Searches an arc of a branch for a cheaper posture than the best, divided into pieces.
     void search_arc(const Arc& arc, int gc) noexcept {
-        constexpr int n = chain_tuning::first_pieces;
+        constexpr int n = ChainNearestTuning::first_pieces;
         constexpr double width = two_pi / n;
         waiting_ = 0;
         const int first = static_cast<int>(std::floor((arc.lower + pi) / width));
@@ -339,7 +342,7 @@ private:
             }
             finish(at[k]);
             offer(gc, middle[k], at[k]);
-            narrow[k] = at[k].found && half[k] <= chain_tuning::widest_hull;
+            narrow[k] = at[k].found && half[k] <= ChainArcsTuning::widest_hull;
             some_narrow |= narrow[k];
         }
         Hull<Several> hulls;
@@ -350,7 +353,7 @@ private:
         }
         bool coarse[several], some_coarse = false;
         for (int k = 0; k < count; ++k) {
-            coarse[k] = !narrow[k] && at[k].found && half[k] <= chain_tuning::widest_piece;
+            coarse[k] = !narrow[k] && at[k].found && half[k] <= ChainNearestTuning::widest_piece;
             some_coarse |= coarse[k];
         }
         Coarse<Several> over;
@@ -379,8 +382,8 @@ private:
                 least = max(least, bound(theta, reach));
                 if (dropped(least)) continue;
             }
-            if (half[k] <= chain_tuning::polished || waiting_ + parts > capacity) {
-                if (half[k] > chain_tuning::polished || !at[k].found) lost_ = min(lost_, least);
+            if (half[k] <= ChainNearestTuning::polished || waiting_ + parts > capacity) {
+                if (half[k] > ChainNearestTuning::polished || !at[k].found) lost_ = min(lost_, least);
                 polish(gc, now[k].lower, now[k].upper);
                 continue;
             }
@@ -447,7 +450,8 @@ private:
         double a = from, b = to, at_a = offer_and_slope(gc, a, first), at_b = offer_and_slope(gc, b, last);
         if (is_nan(at_a) || is_nan(at_b)) return by_sections(gc, from, to);
         if (!(at_a < 0 && at_b > 0)) return;  // an end costs least
-        for (int pass = 0; pass < chain_tuning::polishes && b - a > chain_tuning::residual; ++pass) {
+        for (int pass = 0; pass < ChainNearestTuning::polishes && b - a > ChainInverseTuning::residual;
+             ++pass) {
             const double secant = a - at_a * (b - a) / (at_b - at_a);
             const bool even = pass % 3 == 2 || !(secant > a && secant < b);
             const double psi = even ? 0.5 * (a + b) : secant, slope = offer_and_slope(gc, psi);
@@ -463,7 +467,8 @@ private:
     /// it, the joint jumps from one limit to the other.
     double winding_end(int gc, double inside, double outside, int j) const noexcept {
         const double begun = solution_at(gc, inside).q[j];
-        for (int pass = 0; pass < chain_tuning::polishes && abs(outside - inside) > chain_tuning::residual;
+        for (int pass = 0;
+             pass < ChainNearestTuning::polishes && abs(outside - inside) > ChainInverseTuning::residual;
              ++pass) {
             const double middle = 0.5 * (inside + outside);
             const PointSolution at = solution_at(gc, middle);
@@ -478,7 +483,7 @@ private:
     /// is more accurate.
     void solve_at(int gc, double psi) noexcept {
         const PointSolution at = solution_at(gc, psi);
-        if (gc != best_.gc || !at.kept || !(abs(psi - best_.psi) <= chain_tuning::polished)) return;
+        if (gc != best_.gc || !at.kept || !(abs(psi - best_.psi) <= ChainNearestTuning::polished)) return;
         const double here = cost(at.q);
         if (here <= best_.cost + tie(best_.cost)) best_ = {here, psi, gc};
     }
@@ -488,20 +493,21 @@ private:
         offer(gc, from);
         offer(gc, to);
         double a = from, b = to;
-        double left = b - chain_tuning::golden * (b - a), right = a + chain_tuning::golden * (b - a);
+        double left = b - ChainNearestTuning::golden * (b - a),
+               right = a + ChainNearestTuning::golden * (b - a);
         double at_left = offer(gc, left), at_right = offer(gc, right);
-        for (int pass = 0; pass < chain_tuning::polishes && b - a > tolerance::angle; ++pass) {
+        for (int pass = 0; pass < ChainNearestTuning::polishes && b - a > tolerance::angle; ++pass) {
             if (at_left < at_right) {
                 b = right;
                 right = left;
                 at_right = at_left;
-                left = b - chain_tuning::golden * (b - a);
+                left = b - ChainNearestTuning::golden * (b - a);
                 at_left = offer(gc, left);
             } else {
                 a = left;
                 left = right;
                 at_left = at_right;
-                right = a + chain_tuning::golden * (b - a);
+                right = a + ChainNearestTuning::golden * (b - a);
                 at_right = offer(gc, right);
             }
         }
@@ -518,13 +524,13 @@ private:
     struct UnprovenParts {
         int count = 0;
         double least = infinity;
-        UnprovenPart part[chain_tuning::unproven_parts];
+        UnprovenPart part[ChainNearestTuning::unproven_parts];
 
         /// Adds a part if its bound is among the least.
         void add(const UnprovenPart& one) noexcept {
             least = min(least, one.least);
-            if (count == chain_tuning::unproven_parts && !(one.least < part[count - 1].least)) return;
-            int k = count < chain_tuning::unproven_parts ? count++ : count - 1;
+            if (count == ChainNearestTuning::unproven_parts && !(one.least < part[count - 1].least)) return;
+            int k = count < ChainNearestTuning::unproven_parts ? count++ : count - 1;
             for (; k > 0 && one.least < part[k - 1].least; --k) part[k] = part[k - 1];
             part[k] = one;
         }
@@ -538,7 +544,8 @@ private:
             const CorrectedMotion<double> coarse = motion_of_all(gc);
             for (int i = 0; i < doubt_[gc].count; ++i) {
                 const Arc& arc = doubt_[gc].arc[i];
-                const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / chain_tuning::doubtful);
+                const int parts =
+                    1 + static_cast<int>((arc.upper - arc.lower) / ChainNearestTuning::doubtful);
                 const double half = 0.5 * (arc.upper - arc.lower) / parts;
                 for (int k = 0; k < parts; ++k) {
                     const double psi = arc.lower + half * (2 * k + 1);
@@ -560,7 +567,7 @@ private:
             if (options_.near) {
                 Joints seed{};
                 for (int j = 0; j < joints; ++j) seed.q[j] = options_.near[j];
-                with_either_bend(arm_, seed, chain_tuning::straight, [&](const Joints& from) {
+                with_either_bend(arm_, seed, ChainNearestTuning::straight, [&](const Joints& from) {
                     try_locally(from.q, out);
                     return false;
                 });
@@ -585,7 +592,8 @@ private:
             PostureTrail<several> trail(near_, pose_, on_, configuration(gc));
             for (int i = 0; i < doubt_[gc].count; ++i) {
                 const Arc& arc = doubt_[gc].arc[i];
-                const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / chain_tuning::doubtful);
+                const int parts =
+                    1 + static_cast<int>((arc.upper - arc.lower) / ChainNearestTuning::doubtful);
                 for (int part = 0; part < parts; part += several) {
                     const int count = parts - part < several ? parts - part : several;
                     double psi[several];
@@ -619,7 +627,7 @@ private:
             if (best_.gc >= 0) out = result();
         }
         const Found<double> found = correct(near_, pose_, PsiPlane<double>(on_, sin_cos(unproven.psi)),
-                                            configuration(unproven.gc), chain_tuning::corrections);
+                                            configuration(unproven.gc), ChainInverseTuning::corrections);
         PointSolution at;
         for (int j = 0; j < joints; ++j) at.angle[j] = found.angle[j];
         at.found = true;
@@ -639,7 +647,7 @@ private:
     bool share(int j, double sine, double cosine, double* q) const noexcept {
         const JointCost &a = joint_[j], &b = joint_[j + 2];
         const double weight = a.weight + b.weight;
-        if (abs(sine) > chain_tuning::shared || !(weight > 0)) return false;
+        if (abs(sine) > ChainNearestTuning::shared || !(weight > 0)) return false;
         const double to_b = (cosine > 0 ? -1.0 : 1.0) * a.sign * b.sign;
         const double turn = (a.weight * (a.near - q[j]) + b.weight * to_b * (b.near - q[j + 2])) / weight;
         q[j] += turn;
@@ -665,7 +673,7 @@ private:
         if (scene_ && !is_clear(near_, *scene_, at.at.q)) return;
         const Nearest found = finished(at.at.q, here.psi, here.gc);
         const double rank = rank_of(found);
-        if (is_solved(out.status) && !(rank < rank_of(out) - nearest_tuning::gain)) return;
+        if (is_solved(out.status) && !(rank < rank_of(out) - NearestTuning::gain)) return;
         out = found;
         best_.cost = squares() ? rank * rank : rank;
     }
@@ -722,14 +730,14 @@ private:
     Pose<double> pose_;
     Triad<double> on_;
     Status status_[configurations];
-    double least_[configurations], piece_least_[configurations][chain_tuning::first_pieces];
+    double least_[configurations], piece_least_[configurations][ChainNearestTuning::first_pieces];
     ProvenArcs arcs_;
     int asked_ = -1;  // the branch whose arcs these are
     Best best_;
-    double elbow_most_ = infinity;             // what joint 4 may cost
-    ArcSet doubt_[configurations];             // what is not proven of the branches that were asked
-    double lost_ = infinity;                   // the least bound of what was given up
-    int rounds_ = chain_tuning::local_rounds;  // of solve_locally(), left to the pose
+    double elbow_most_ = infinity;                   // what joint 4 may cost
+    ArcSet doubt_[configurations];                   // what is not proven of the branches that were asked
+    double lost_ = infinity;                         // the least bound of what was given up
+    int rounds_ = ChainNearestTuning::local_rounds;  // of solve_locally(), left to the pose
     int waiting_ = 0;
     Piece piece_[capacity];  // of the arc that is searched
 };

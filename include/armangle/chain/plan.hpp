@@ -14,14 +14,16 @@
 
 namespace armangle {
 
-namespace chain_tuning {
-inline constexpr int plans = 4;               // of the nominal arm, with limits drawn in further
-inline constexpr double narrow_factor = 1.5;  // of what a joint was beyond its limit ...
-inline constexpr double narrow_least = 1e-3;  // ... and this much more (rad)
-inline constexpr double wider_least = 1e-3;   // m: the same of the clearance
-inline constexpr double same_pose = 1e-12;    // m and rad: two poses that rounding alone tells apart
-inline constexpr double like = 0.05;  // rad: how far the nominal posture of an end may be from the true one
-}  // namespace chain_tuning
+/// Parameters of plans of a chain.
+struct ChainPlanTuning {
+    static constexpr int plans = 4;               // of the nominal arm, with limits drawn in further
+    static constexpr double narrow_factor = 1.5;  // of what a joint was beyond its limit ...
+    static constexpr double narrow_least = 1e-3;  // ... and this much more (rad)
+    static constexpr double wider_least = 1e-3;   // m: the same of the clearance
+    static constexpr double same_pose = 1e-12;    // m and rad: two poses that rounding alone tells apart
+    static constexpr double like =
+        0.05;  // rad: how far the nominal posture of an end may be from the true one
+};
 
 /// A plan of the nominal arm, with what turns its curve into one of the true chain.
 struct ChainPlan : Plan {
@@ -42,11 +44,11 @@ inline bool is_same(const Pose<double>& a, const Pose<double>& b, double off) no
 inline bool nominal_joints(const ChainArm& arm, const double* q, double (&out)[joint_slots]) noexcept {
     const Posture at = forward(arm, q);
     std::copy(q, q + joints, out);
-    if (is_same(tool_pose(arm.nominal, q), at.pose, chain_tuning::same_pose)) return true;
+    if (is_same(tool_pose(arm.nominal, q), at.pose, ChainPlanTuning::same_pose)) return true;
     if (is_nan(at.psi)) return false;
     const Inverse found = inverse(arm.nominal, at.pose, at.psi, at.gc, q);
     std::copy(found.q, found.q + joints, out);
-    return found.status == Status::OK && largest_move(found.q, q) <= chain_tuning::like;
+    return found.status == Status::OK && largest_move(found.q, q) <= ChainPlanTuning::like;
 }
 
 /// Whether the true arm has the pose at joints q (within rounding of the caller).
@@ -91,7 +93,7 @@ inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::s
     const Scene* const wide_alone = &wide;
     if (options.scenes && scene) {
         wide = options.scenes[0];
-        wide.clearance += chain_tuning::wider_least;
+        wide.clearance += ChainPlanTuning::wider_least;
         for (const LinkDeviation& off : arm.deviation) wide.clearance += off.position;
         options.scenes = {&wide_alone, 1};
     }
@@ -117,7 +119,7 @@ inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::s
     options.singularity_margin = max(asked, min(arm.wrist_shift / arm.nominal.reach + arm.turn, most_margin));
     ChainPlan best;
     bool found = false;
-    for (int round = 0; round < chain_tuning::plans; ++round) {
+    for (int round = 0; round < ChainPlanTuning::plans; ++round) {
         ChainPlan now{plan(arm.nominal, segments, n, rows, row_count, options), {}, {}};
         if (!now.ok && options.singularity_margin > asked) {
             options.singularity_margin = asked;
@@ -167,9 +169,9 @@ inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::s
         found = true;
         if (done) break;
         if (excess > 0)
-            options.limit_margin += chain_tuning::narrow_factor * excess + chain_tuning::narrow_least;
+            options.limit_margin += ChainPlanTuning::narrow_factor * excess + ChainPlanTuning::narrow_least;
         if (short_of > 0)
-            wide.clearance += chain_tuning::narrow_factor * short_of + chain_tuning::wider_least;
+            wide.clearance += ChainPlanTuning::narrow_factor * short_of + ChainPlanTuning::wider_least;
     }
     return best;
 }

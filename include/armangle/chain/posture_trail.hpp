@@ -8,10 +8,11 @@
 
 namespace armangle {
 
-namespace chain_tuning {
-inline constexpr int hard = 2;     // long searches for a first posture
-inline constexpr int places = 64;  // of the circle, each with the posture that was found there last
-}  // namespace chain_tuning
+/// Parameters of the postures of one branch at several psi.
+struct PostureTrailTuning {
+    static constexpr int hard = 2;     // long searches for a first posture
+    static constexpr int places = 64;  // of the circle, each with the posture that was found there last
+};
 
 namespace detail {
 
@@ -34,7 +35,7 @@ public:
         Found<Several> out = find_posture(arm_, spread<Several>(pose_), plane, spread<Several>(gc_));
         bool some_missing = false;
         for (int k = 0; k < N; ++k) {
-            is_found[k] = k < count && out.left[k] <= chain_tuning::settled;
+            is_found[k] = k < count && out.left[k] <= ChainInverseTuning::settled;
             some_missing |= k < count && !is_found[k];
         }
         if (some_missing) {
@@ -92,7 +93,7 @@ private:
     /// Writes a first posture, by the slower methods of solve_angles(), to lane k of `found`; false if none
     /// is found, or after `hard` attempts.
     bool first(double psi, int k, Found<Several>& found) noexcept {
-        if (hard_++ >= chain_tuning::hard) return false;
+        if (hard_++ >= PostureTrailTuning::hard) return false;
         SinCos<double> angle[joints];
         if (solve_angles(arm_, pose_, {on_, sin_cos(psi)}, gc_, angle) != Status::OK) return false;
         for (int j = 0; j < joints; ++j) {
@@ -104,15 +105,15 @@ private:
 
     /// The index of the memory for postures near this psi.
     static int place(double psi) noexcept {
-        const int k = static_cast<int>((wrap(psi) + pi) * (chain_tuning::places / two_pi));
-        return k < chain_tuning::places ? k : chain_tuning::places - 1;
+        const int k = static_cast<int>((wrap(psi) + pi) * (PostureTrailTuning::places / two_pi));
+        return k < PostureTrailTuning::places ? k : PostureTrailTuning::places - 1;
     }
 
     /// The index of the known posture whose psi is nearest; -1 if none is known.
     int nearest(double psi) const noexcept {
         int out = -1;
         double least = infinity;
-        for (int k = 0; k < chain_tuning::places; ++k) {
+        for (int k = 0; k < PostureTrailTuning::places; ++k) {
             if (!is_known_[k]) continue;
             const double way = abs(wrap(known_[k].psi - psi));
             if (!(way < least)) continue;
@@ -138,8 +139,8 @@ private:
     const Pose<double>& pose_;
     const Triad<double>& on_;
     Configuration<double> gc_;
-    bool begun_ = false, is_known_[chain_tuning::places] = {};
-    Known known_[chain_tuning::places];
+    bool begun_ = false, is_known_[PostureTrailTuning::places] = {};
+    Known known_[PostureTrailTuning::places];
     int hard_ = 0;
 };
 

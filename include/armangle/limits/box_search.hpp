@@ -31,14 +31,14 @@ protected:
     /// Places equal boxes around the circle. If the cost counts from a seed, carried() is the middle of one.
     void place_boxes() noexcept {
         const bool seeded = options_.near && options_.metric != Metric::margin;
-        first_ = seeded ? carried() : -pi + pi / nearest_tuning::first_boxes;
+        first_ = seeded ? carried() : -pi + pi / NearestTuning::first_boxes;
     }
 
     /// Computes lower bounds of the cost over the boxes of place_boxes() for the permitted branches of an
     /// elbow sign (0: positive, 1: negative).
     void survey(int elbow) noexcept {
         const ElbowBranches& e = elbow_[elbow];
-        constexpr int n = nearest_tuning::first_boxes;
+        constexpr int n = NearestTuning::first_boxes;
         const double width = two_pi / n;
         const Boxes r(0.5 * width);
         for (int i = 0; i < n; i += 8) {
@@ -77,7 +77,7 @@ protected:
     /// Keeps the solution at the cheapest middle of a box that is feasible in one of `branches` (bits), if
     /// any, so that dearer boxes can be skipped. only_arc: the index of the arc that must hold it, or -1.
     void offer_middles(unsigned branches, int only_arc) noexcept {
-        constexpr int n = nearest_tuning::first_boxes;
+        constexpr int n = NearestTuning::first_boxes;
         branches &= options_.branches;
         unsigned passed[configurations] = {};
         for (;;) {
@@ -103,7 +103,7 @@ protected:
 
     /// Searches the boxes in rising order of their bounds until none can contain a better solution.
     void search_boxes(unsigned branches, int only_arc) noexcept {
-        constexpr int n = nearest_tuning::first_boxes;
+        constexpr int n = NearestTuning::first_boxes;
         branches &= options_.branches;
         struct Box {
             double least;
@@ -126,7 +126,7 @@ protected:
             const Box next = box[at];
             if (dropped(next.least)) break;
             box[at] = box[--count];
-            const int given = nearest_tuning::work < left_ ? nearest_tuning::work : left_;
+            const int given = NearestTuning::work < left_ ? NearestTuning::work : left_;
             work_ = given;
             look_into(next.branches, next.index, only_arc);
             cut_ |= work_ < 0;
@@ -137,7 +137,7 @@ protected:
     /// Searches box i for some branches of an elbow sign: together those whose arcs contain all of it, others
     /// singly.
     void look_into(unsigned branches, int i, int only_arc) noexcept {
-        const double width = two_pi / nearest_tuning::first_boxes, middle = first_ + width * i;
+        const double width = two_pi / NearestTuning::first_boxes, middle = first_ + width * i;
         const double from = middle - 0.5 * width, to = middle + 0.5 * width;
         unsigned whole = 0;
         for (int gc = 0; gc < configurations; ++gc)
@@ -222,7 +222,7 @@ protected:
     /// narrow or the work is spent, only its ends are tried.
     void descend(unsigned branches, double from, double to, int depth) noexcept {
         const double radius = (to - from) / 16;
-        if (radius < nearest_tuning::narrowest || depth > nearest_tuning::deepest || --work_ < 0) {
+        if (radius < NearestTuning::narrowest || depth > NearestTuning::deepest || --work_ < 0) {
             for (int gc = 0; gc < configurations; ++gc) {
                 if (!is_in(gc, branches)) continue;
                 try_point(gc, from, false);
@@ -318,7 +318,7 @@ protected:
     /// digits.
     void polish() noexcept {
         if (!squares() || best_.gc < 0 || best_.stationary) return;
-        const double radius = 4 * nearest_tuning::apart, psi = best_.psi;
+        const double radius = 4 * NearestTuning::apart, psi = best_.psi;
         const int gc = best_.gc;
         const BoxCosts here = costs(gc, Boxes(psi), Boxes(radius));
         if (!(here.smooth & 1) || !(here.second.lower()[0] > 0)) return;
@@ -330,14 +330,14 @@ protected:
     /// keeps it if it is better than the best solution.
     void newton(int gc, double middle, double radius, double slope, double second) noexcept {
         double lower = middle - radius, upper = middle + radius, psi = middle;
-        for (int i = 0; i < nearest_tuning::newton; ++i) {
+        for (int i = 0; i < NearestTuning::newton; ++i) {
             (slope > 0 ? upper : lower) = psi;
             double next = psi - slope / second;
             if (!(next >= lower && next <= upper)) next = slope > 0 ? lower : upper;
             if (i > 3 && !(next > lower && next < upper)) next = 0.5 * (lower + upper);
             const double move = abs(next - psi);
             psi = next;
-            if (!(move > nearest_tuning::narrowest && move * move > nearest_tuning::smallest_square * radius))
+            if (!(move > NearestTuning::narrowest && move * move > NearestTuning::smallest_square * radius))
                 break;
             const BoxCosts at = costs(gc, Boxes(psi), Boxes(0.0));
             slope = at.slope[0];
@@ -350,10 +350,10 @@ protected:
     double ceiling_ = infinity;                       // cost of another elbow
     double first_ = 0;
     int work_ = 0;  // splits left for a first box
-    int left_ = nearest_tuning::all_work;
+    int left_ = NearestTuning::all_work;
     bool cut_ = false;  // some first box was not searched to its end
-    double least_[configurations][nearest_tuning::first_boxes],
-        value_[configurations][nearest_tuning::first_boxes];
+    double least_[configurations][NearestTuning::first_boxes],
+        value_[configurations][NearestTuning::first_boxes];
 };
 
 }  // namespace detail

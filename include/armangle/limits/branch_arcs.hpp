@@ -71,12 +71,12 @@ protected:
         Twist rest;
         const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
         const double off = distance(arm_, q.q, pose, arm_.size, rest);
-        if (out.margin >= 0 && off <= 0.1 * local_solve_tuning::meets * arm_.size) return out;
-        int rounds = local_solve_tuning::rounds;
+        if (out.margin >= 0 && off <= 0.1 * LocalSolveTuning::meets * arm_.size) return out;
+        int rounds = LocalSolveTuning::rounds;
         const Relaxed on = solve_locally(arm_, sides_of(out.gc, q), q, pose, {}, 0.0, rounds);
         const Nearest moved_on = meets(arm_, on) ? make_result(on.at) : refused(Status::LIMITS);
         // in its self-motion a solution at a limit may settle outside the permitted arcs
-        const bool meets_it = out.margin >= 0 && off <= local_solve_tuning::meets * arm_.size;
+        const bool meets_it = out.margin >= 0 && off <= LocalSolveTuning::meets * arm_.size;
         return moved_on.status != Status::OK && meets_it ? out : moved_on;
     }
 
@@ -139,7 +139,7 @@ protected:
     Joints turned(Joints q) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const JointCost& c = joint_[j];
-            const double beside = nearest_tuning::near_straight;
+            const double beside = NearestTuning::near_straight;
             const double theta = to_theta(q.q[j], c.sign, c.offset);
             q.q[j] = to_q(theta, c.sign, c.offset, c.lower - beside, c.upper + beside, c.near);
         }
@@ -390,7 +390,7 @@ protected:
     /// is more accurate, then the lowest gc, then the lowest psi.
     void offer(int gc, double psi, double cost, bool stationary) noexcept {
         const bool equal = best_.gc >= 0 && abs(cost - best_.cost) <= tie(cost);
-        const bool beside = gc == best_.gc && abs(wrap(psi - best_.psi)) <= nearest_tuning::apart;
+        const bool beside = gc == best_.gc && abs(wrap(psi - best_.psi)) <= NearestTuning::apart;
         const bool lower = gc < best_.gc || (gc == best_.gc && wrap(psi) < wrap(best_.psi));
         bool better = cost < best_.cost;
         if (equal && stationary != best_.stationary)

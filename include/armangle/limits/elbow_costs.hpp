@@ -98,7 +98,7 @@ protected:
     /// Whether the elbow is nearly stretched or folded and joint 4 violates a limit by no more than the
     /// accuracy of the wrist's distance. There the bend is the root of its rounding.
     bool straight_within_limits(const ElbowBranches& e) const noexcept {
-        if (!(abs(circle_.triangle.eta.sin) <= nearest_tuning::straight)) return false;
+        if (!(abs(circle_.triangle.eta.sin) <= NearestTuning::straight)) return false;
         const JointCost& c = joint_[3];
         const double theta_4 = atan2(e.motion.elbow.theta_4.sin, e.motion.elbow.theta_4.cos);
         const double q = to_q(theta_4, c.sign, c.offset, c.lower, c.upper, c.near);
@@ -121,7 +121,7 @@ protected:
         // for a largest cost the search is less accurate near straight
         e.ill_conditioned = limits_.locked || e.hides ||
                             (options_.metric == Metric::max &&
-                             comes_near_straight(nearest_tuning::near_straight_max, circle_, e.functions));
+                             comes_near_straight(NearestTuning::near_straight_max, circle_, e.functions));
     }
 
     /// The index gc of a branch (shoulder + 2 wrist) with one elbow sign.

@@ -39,7 +39,7 @@ inline bool may_hide(const LimitTable& t, const Circle<double>& c, Status status
 /// branch first needs it, and the number of rounds left for all branches.
 struct Hidden {
     bool asked = false;
-    int rounds = nearest_tuning::local_rounds;
+    int rounds = NearestTuning::local_rounds;
     Nearest found;
 };
 
@@ -116,7 +116,7 @@ ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc
     Blocked blocked;
     const bool bent = detail::is_bent(t, m.circle, f);
     const detail::Left left = detail::free_of_all(f, t, blocked, out);
-    if (!left.may_isolate && !left.beyond && (bent || !out.empty()) && left.gap > nearest_tuning::poor)
+    if (!left.may_isolate && !left.beyond && (bent || !out.empty()) && left.gap > NearestTuning::poor)
         [[likely]]
         return left.status;
     return detail::feasible_again(arm, pose, gc, t, out);

@@ -320,7 +320,7 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
             Common common;
             if (each(shoulder + 2 * side + 4 * wrist, one.free, other.free, common)) return true;
             const double gap = min(min(one.gap, other.gap), common.gap);
-            if (gap <= nearest_tuning::poor && gap <= unclear_gap(least_bend(c, f))) return false;
+            if (gap <= NearestTuning::poor && gap <= unclear_gap(least_bend(c, f))) return false;
             if (common.held) status = Status::OK;
         }
     }

@@ -13,17 +13,18 @@
 
 namespace armangle {
 
-namespace outside_tuning {
-inline constexpr double straight = 1e-7;  // rad: distance of joint 4 from straight, 1e-15 of the reach
-inline constexpr double inside = 1e-9;    // rad: added to a margin, so that rounding does not violate it
-inline constexpr int psis = 16;           // number of arm angles tried in each branch
-inline constexpr int kept = 16;           // number of starts that are continued: the nearest, ...
-inline constexpr int scouted = 8;         // ... and the nearest after a few rounds
-inline constexpr int few = 3;             // Newton rounds for scouting
-inline constexpr int rounds = 30;         // Newton rounds to the end
-inline constexpr double same =
-    ApproachTuning{}.same;  // m: starts whose results are this close are equally good
-}  // namespace outside_tuning
+/// Parameters of the nearest reachable pose.
+struct NearestOutsideTuning {
+    static constexpr double straight = 1e-7;  // rad: distance of joint 4 from straight, 1e-15 of the reach
+    static constexpr double inside = 1e-9;    // rad: added to a margin, so that rounding does not violate it
+    static constexpr int psis = 16;           // number of arm angles tried in each branch
+    static constexpr int kept = 16;           // number of starts that are continued: the nearest, ...
+    static constexpr int scouted = 8;         // ... and the nearest after a few rounds
+    static constexpr int few = 3;             // Newton rounds for scouting
+    static constexpr int rounds = 30;         // Newton rounds to the end
+    static constexpr double same =
+        ApproachTuning{}.same;  // m: starts whose results are this close are equally good
+};
 
 namespace detail {
 
@@ -95,8 +96,8 @@ public:
         for (int gc = 0; gc < configurations; ++gc) {
             const bool other_side = configuration(gc).elbow < 0;
             const SelfMotion<double> m = self_motion(rows_, drawn[other_side], gc);
-            for (int i = 0; i < outside_tuning::psis; ++i) {
-                const SinCos<double> psi = sin_cos(two_pi / outside_tuning::psis * i);
+            for (int i = 0; i < NearestOutsideTuning::psis; ++i) {
+                const SinCos<double> psi = sin_cos(two_pi / NearestOutsideTuning::psis * i);
                 offer(joints_within_limits(rows_, directions(m, psi), seed_.q));
             }
         }
@@ -109,7 +110,7 @@ public:
         bool held = false;
         each([&](const Joints& q, const Limits& about) {
             const Parallel end =
-                approach_parallel(arm_, about, q, asked_, least.distance - outside_tuning::same);
+                approach_parallel(arm_, about, q, asked_, least.distance - NearestOutsideTuning::same);
             if (end.kept && least.takes(end.gap, largest_move(end.at.q, seed_.q))) {
                 out = end.at;
                 held = end.held;
@@ -122,7 +123,7 @@ public:
     bool nearest(Joints& out) const noexcept {
         Least least;
         each([&](const Joints& q, const Limits& about) {
-            const Relaxed end = approach(arm_, about, q, asked_, length_, outside_tuning::rounds);
+            const Relaxed end = approach(arm_, about, q, asked_, length_, NearestOutsideTuning::rounds);
             if (least.takes(end.distance, largest_move(end.at.q, seed_.q))) out = end.at;
         });
         return least.distance < infinity;
@@ -136,8 +137,8 @@ private:
         /// Stores the distance `off` and the joint motion `moved` if they are better than those stored, and
         /// returns whether they are. Among equal distances the shorter motion is better.
         bool takes(double off, double moved) noexcept {
-            const bool better = off < distance - outside_tuning::same;
-            if (!better && !(off < distance + outside_tuning::same && moved < move)) return false;
+            const bool better = off < distance - NearestOutsideTuning::same;
+            if (!better && !(off < distance + NearestOutsideTuning::same && moved < move)) return false;
             distance = min(distance, off);
             move = moved;
             return true;
@@ -154,7 +155,7 @@ private:
         if (!limits_about(arm_, q, margin_, about)) return;
         for (int j = 0; j < joints; ++j) q.q[j] = min(max(q.q[j], about.lower[j]), about.upper[j]);
         starts_.offer(q, distance(arm_, q.q, asked_, length_, rest));
-        const Relaxed soon = approach(arm_, about, q, asked_, length_, outside_tuning::few);
+        const Relaxed soon = approach(arm_, about, q, asked_, length_, NearestOutsideTuning::few);
         scouts_.offer(soon.at, soon.distance);
     }
 
@@ -167,8 +168,8 @@ private:
             limits_about(arm_, q, margin_, about);
             follow(q, about);
         };
-        for (int i = 0; i < outside_tuning::kept; ++i) one(starts_.at[i], starts_.distance[i]);
-        for (int i = 0; i < outside_tuning::scouted; ++i) one(scouts_.at[i], scouts_.distance[i]);
+        for (int i = 0; i < NearestOutsideTuning::kept; ++i) one(starts_.at[i], starts_.distance[i]);
+        for (int i = 0; i < NearestOutsideTuning::scouted; ++i) one(scouts_.at[i], scouts_.distance[i]);
     }
 
     const A& arm_;
@@ -178,8 +179,8 @@ private:
     const NearestOptions& options_;
     double length_;
     Joints seed_{};
-    Starts<outside_tuning::kept> starts_;
-    Starts<outside_tuning::scouted> scouts_;
+    Starts<NearestOutsideTuning::kept> starts_;
+    Starts<NearestOutsideTuning::scouted> scouts_;
 };
 
 }  // namespace detail
@@ -195,7 +196,7 @@ struct MovedForEachElbow {
     MovedForEachElbow(const Arm& rows, double margin, const Pose<double>& asked, const double* near) noexcept
         : pose{asked, asked} {
         const Pose<double> now = chain(rows, near ? near : rows.joint_middle).flange;
-        const double off = max(outside_tuning::straight, margin + outside_tuning::inside);
+        const double off = max(NearestOutsideTuning::straight, margin + NearestOutsideTuning::inside);
         for (int side = 0; side < 2; ++side) {
             Limits one = rows.limits;
             const double sign = side == 0 ? 1.0 : -1.0;

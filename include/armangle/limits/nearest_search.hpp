@@ -60,7 +60,7 @@ public:
 
     /// Puts the result of best() first and removes the other result of the same arc.
     void put_best_first(Nearests& out) const noexcept {
-        int rounds = nearest_tuning::local_rounds;
+        int rounds = NearestTuning::local_rounds;
         const Nearest first = NearestSearch(arm_, limits_, pose_, options_, rounds).best();
         if (!is_solved(first.status)) return;
         const int arc = find(arcs_.arcs[first.gc], first.psi).index;
@@ -204,7 +204,7 @@ private:
             const JointCost& c = joint_[hinge_joint[h]];
             const Harmonic<double>& H = e.functions.hinge[h].H;
             top[h] = atan2(H.s, H.c);
-            const bool alike = abs(to_theta(arm_, hinge_joint[h], c.near)) <= nearest_tuning::noise;
+            const bool alike = abs(to_theta(arm_, hinge_joint[h], c.near)) <= NearestTuning::noise;
             if (!(c.weight > 0 && alike)) return {-infinity, not_a_number};
         }
         const double way = wrap(top[1] - top[0]);
@@ -224,7 +224,7 @@ private:
             (now.gap() > 0 ? before : behind) = x;
             double move = -now.gap() / (now.slope[1] - now.slope[0]);
             // one cost rises and the other falls: the smaller one is never above the crossing
-            if (move * move <= nearest_tuning::smallest_square || i == nearest_tuning::newton)
+            if (move * move <= NearestTuning::smallest_square || i == NearestTuning::newton)
                 return {min(now.cost[0] + now.slope[0] * move, now.cost[1] + now.slope[1] * move),
                         top[0] + x + move};
             if (!((x + move - before) * (x + move - behind) < 0)) move = 0.5 * (before + behind) - x;
@@ -278,7 +278,7 @@ private:
         if (options_.near && options_.metric != Metric::margin) {
             Joints q{};
             for (int j = 0; j < joints; ++j) q.q[j] = options_.near[j];
-            try_start(q, forward(arm_, q.q).gc, nearest_tuning::seed, out);
+            try_start(q, forward(arm_, q.q).gc, NearestTuning::seed, out);
         }
         if (out.status != Status::OK) {
             // whether a solution exists must not depend on the seed
@@ -294,7 +294,7 @@ private:
             for (int j = 0; j < joints; ++j) q.q[j] = out.q[j];
             try_locally(q, out.gc, out);
             const Joints other = turned(q);
-            if (largest_move(other.q, q.q) > pi) try_start(other, out.gc, nearest_tuning::start, out);
+            if (largest_move(other.q, q.q) > pi) try_start(other, out.gc, NearestTuning::start, out);
         }
         for (int elbow = 0; elbow < 2; ++elbow) {
             ElbowBranches& e = elbow_[elbow];
@@ -305,7 +305,7 @@ private:
             if (limits_.locked) look_at_limits(elbow, out);
             for (int i = 0; i < e.corners; ++i) {
                 const auto& [gc, psi] = e.corner[i];
-                try_start(turned(posture(gc, psi)), gc, nearest_tuning::start, out);
+                try_start(turned(posture(gc, psi)), gc, NearestTuning::start, out);
             }
         }
         if (!squares() && out.status == Status::OK) narrow(out);
@@ -315,16 +315,15 @@ private:
     /// the circle if it hardly moves with psi and it or the elbow is near enough.
     void search_near_singular(int elbow, Nearest& out) noexcept {
         const ElbowBranches& e = elbow_[elbow];
-        const double band = any_ ? poor_band(limits_) : nearest_tuning::near_straight,
-                     gap = 0.5 * band * band;
+        const double band = any_ ? poor_band(limits_) : NearestTuning::near_straight, gap = 0.5 * band * band;
         for (const Hinge<double>& h : e.functions.hinge) {
             const double top = atan2(h.H.s, h.H.c);
             const bool high = h.high.below_one <= gap, low = h.low.above_minus_one <= gap;
-            if (high) starts_at(elbow, top, nearest_tuning::start, out);
-            if (low) starts_at(elbow, top + pi, nearest_tuning::start, out);
+            if (high) starts_at(elbow, top, NearestTuning::start, out);
+            if (low) starts_at(elbow, top + pi, NearestTuning::start, out);
             if (!(h.swing <= band && (high || low || circle_.triangle.eta.sin <= band))) continue;
-            for (int i = 1; i < nearest_tuning::first_boxes; ++i)
-                starts_at(elbow, top + two_pi / nearest_tuning::first_boxes * i, nearest_tuning::seed, out);
+            for (int i = 1; i < NearestTuning::first_boxes; ++i)
+                starts_at(elbow, top + two_pi / NearestTuning::first_boxes * i, NearestTuning::seed, out);
         }
     }
 
@@ -339,7 +338,7 @@ private:
             for (const double limit : {c.lower, c.upper}) {
                 if (!(abs(limit) < infinity)) continue;
                 const Roots at = limit_psi(e, j, limit);
-                for (int i = 0; i < at.count; ++i) starts_at(elbow, at.psi[i], nearest_tuning::start, out);
+                for (int i = 0; i < at.count; ++i) starts_at(elbow, at.psi[i], NearestTuning::start, out);
                 if (locked) break;
             }
         }
@@ -389,7 +388,7 @@ private:
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
             if (!(options_.branches >> gc & 1) || !contains(possible(gc), psi)) continue;
-            const Joints shared = turned(posture(gc, psi, nearest_tuning::near_straight)),
+            const Joints shared = turned(posture(gc, psi, NearestTuning::near_straight)),
                          plain = turned(posture(gc, psi));
             try_start(shared, gc, near, out);
             if (largest_move(shared.q, plain.q) > tolerance::angle) try_start(plain, gc, near, out);
@@ -419,7 +418,7 @@ private:
         }
         const Nearest found = moved_onto_pose(start, gc, pull);
         if (found.status != Status::OK) return;
-        if (rank(found) < rank(out) - nearest_tuning::gain) out = found;
+        if (rank(found) < rank(out) - NearestTuning::gain) out = found;
     }
 
     /// Lowers the largest cost of a joint near a solution by bisection, within the box of lower costs.
@@ -435,8 +434,8 @@ private:
             const double inside = min(max(c.near, limits.lower[j]), limits.upper[j]);
             least = max(least, cost_of(c, inside - c.near));
         }
-        double step = nearest_tuning::gain;
-        for (int i = 0; i < nearest_tuning::halvings && most - least > nearest_tuning::gain; ++i) {
+        double step = NearestTuning::gain;
+        for (int i = 0; i < NearestTuning::halvings && most - least > NearestTuning::gain; ++i) {
             // nearby solutions are found in small steps: steps grow until one is too long
             const double half = max(most - step, 0.5 * (most + least));
             Limits box = limits;
@@ -453,7 +452,7 @@ private:
             step = meets(arm_, lower) ? 4.0 * step : infinity;
         }
         const Nearest found = make_result(q);
-        if (found.status == Status::OK && rank(found) < rank(out) - nearest_tuning::gain) out = found;
+        if (found.status == Status::OK && rank(found) < rank(out) - NearestTuning::gain) out = found;
     }
 
     bool any_ = false;  // any solution will do
@@ -465,7 +464,7 @@ private:
 /// over the permitted branches, all feasible psi and all revolutions; or the reason why there is none.
 inline Nearest nearest_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                                const NearestOptions& options) noexcept {
-    int rounds = nearest_tuning::local_rounds;
+    int rounds = NearestTuning::local_rounds;
     return detail::NearestSearch(arm, limits, pose, options, rounds).best();
 }
 
@@ -473,7 +472,7 @@ inline Nearest nearest_posture(const Arm& arm, const LimitTable& limits, const P
 /// digits for arcs, this function decides whether a pose is solvable.
 inline Nearest some_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                             unsigned branches = (1u << configurations) - 1) noexcept {
-    int rounds = nearest_tuning::local_rounds;
+    int rounds = NearestTuning::local_rounds;
     NearestOptions options;
     options.branches = branches;
     return detail::NearestSearch(arm, limits, pose, options, rounds).some();
@@ -483,7 +482,7 @@ inline Nearest some_posture(const Arm& arm, const LimitTable& limits, const Pose
 /// rising cost.
 inline void nearest_postures(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                              const NearestOptions& options, Nearests& out) noexcept {
-    int rounds = nearest_tuning::local_rounds;
+    int rounds = NearestTuning::local_rounds;
     detail::NearestSearch(arm, limits, pose, options, rounds).all(out);
 }
 

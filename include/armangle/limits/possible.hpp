@@ -1,7 +1,7 @@
 // The psi at which a solution is possible, whatever the rounding of a pose. A branch without such psi has no
 // solution for certain.
 //
-// A solved pose may be off by local_solve_tuning::meets. Near a straight elbow its bend is then known to the
+// A solved pose may be off by LocalSolveTuning::meets. Near a straight elbow its bend is then known to the
 // root of that, and the frames on both sides of the elbow turn with it. Each boundary function B(psi) of a
 // limit is therefore widened by this turn: where B + slack < 0, the limit is violated for certain. A pivot's
 // direction (V, U) is as long as sin(theta) of its hinge, so the same slack forbids little near a
@@ -34,7 +34,7 @@ struct BendRange {
 };
 /// The range of the elbow angle (rad) for a distance n (m) of the wrist, with the tolerance of the search.
 inline BendRange bends_of(const Arm& arm, double n) noexcept {
-    const double off = local_solve_tuning::meets * arm.size;
+    const double off = LocalSolveTuning::meets * arm.size;
     return {bend_at(arm, n + off), bend_at(arm, max(n - off, 0.0))};
 }
 
@@ -56,7 +56,7 @@ inline double turn_slack(const Arm& arm, const Circle<double>& c) noexcept {
     };
     double most = max(turn(here, bends.least), turn(here, bends.most));
     if (!(bends.least > 0 && bends.most < pi)) most = 2.0 * (most + turn(bends.least, bends.most));
-    return most + 4.0 * local_solve_tuning::meets * (1.0 + arm.size / c.distance);
+    return most + 4.0 * LocalSolveTuning::meets * (1.0 + arm.size / c.distance);
 }
 
 /// The arc where a boundary function is negative; empty or full if it has no root.

@@ -43,40 +43,41 @@ struct Nearests {
     Nearest found[capacity];
 };
 
-namespace nearest_tuning {
-inline constexpr int first_boxes = 16;      // on the whole circle, for each elbow
-inline constexpr double narrowest = 1e-15;  // half width below which a box is not split (rad)
-inline constexpr double smallest_square =
-    1e-16;                              // square of Newton's last move and of its box's radius (rad)
-inline constexpr double tie = 1e-13;    // costs closer than this share of them are equal
-inline constexpr double noise = 1e-12;  // error of a joint's value if the cost is a maximum (rad)
-inline constexpr int work = 400;        // largest number of splits of a first box: a hundred are many
-inline constexpr int all_work = 4000;   // largest number of splits for one pose, each some microseconds
-inline constexpr double apart = 1e-6;   // arm angles further apart are two solutions (rad)
-inline constexpr int newton = 40, deepest = 20;
-inline constexpr double near_straight = 1e-5;      // rad from straight at which psi may have too few digits
-inline constexpr double near_straight_max = 2e-4;  // rad: the same for the metric max
-inline constexpr double near_straight_locked =
-    1e-2;                                 // rad: the same with a locked joint, which permits a single psi
-inline constexpr double closed = 1e-8;    // rad: largest missing part of a full turn that arcs may bridge
-inline constexpr double straight = 1e-5;  // rad from a straight elbow: its bend is the root of a rounding
-inline constexpr double digits = 100;     // times rounding / bend^2: uncertainty of a joint given psi
-inline constexpr double poor = 1e-3;      // rad: upper bound of that uncertainty
-inline constexpr double bent = 3e-3;      // rad: hinges and elbow further from straight have an accurate psi
-inline constexpr double start = 1e-3;     // most of a start from the pose (of the arm's size; rad)
-inline constexpr double seed = 0.3;       // the same for the seed, and for starts that represent many
-inline constexpr double gain = 1e-11;     // rad: ignore smaller improvements near another solution
-inline constexpr int halvings = 40;       // bisections of the range of a largest cost
-inline constexpr int local_rounds =
-    1200;  // rounds of solve_locally() for one pose, of some microseconds each
-}  // namespace nearest_tuning
+/// Parameters of the search of the nearest solution.
+struct NearestTuning {
+    static constexpr int first_boxes = 16;      // on the whole circle, for each elbow
+    static constexpr double narrowest = 1e-15;  // half width below which a box is not split (rad)
+    static constexpr double smallest_square =
+        1e-16;                              // square of Newton's last move and of its box's radius (rad)
+    static constexpr double tie = 1e-13;    // costs closer than this share of them are equal
+    static constexpr double noise = 1e-12;  // error of a joint's value if the cost is a maximum (rad)
+    static constexpr int work = 400;        // largest number of splits of a first box: a hundred are many
+    static constexpr int all_work = 4000;   // largest number of splits for one pose, each some microseconds
+    static constexpr double apart = 1e-6;   // arm angles further apart are two solutions (rad)
+    static constexpr int newton = 40, deepest = 20;
+    static constexpr double near_straight = 1e-5;  // rad from straight at which psi may have too few digits
+    static constexpr double near_straight_max = 2e-4;  // rad: the same for the metric max
+    static constexpr double near_straight_locked =
+        1e-2;                                 // rad: the same with a locked joint, which permits a single psi
+    static constexpr double closed = 1e-8;    // rad: largest missing part of a full turn that arcs may bridge
+    static constexpr double straight = 1e-5;  // rad from a straight elbow: its bend is the root of a rounding
+    static constexpr double digits = 100;     // times rounding / bend^2: uncertainty of a joint given psi
+    static constexpr double poor = 1e-3;      // rad: upper bound of that uncertainty
+    static constexpr double bent = 3e-3;   // rad: hinges and elbow further from straight have an accurate psi
+    static constexpr double start = 1e-3;  // most of a start from the pose (of the arm's size; rad)
+    static constexpr double seed = 0.3;    // the same for the seed, and for starts that represent many
+    static constexpr double gain = 1e-11;  // rad: ignore smaller improvements near another solution
+    static constexpr int halvings = 40;    // bisections of the range of a largest cost
+    static constexpr int local_rounds =
+        1200;  // rounds of solve_locally() for one pose, of some microseconds each
+};
 
 namespace detail {
 
 /// The distance (rad) of joint 2, 4 or 6 from its singular position below which psi may not distinguish
 /// solutions.
 ARMANGLE_INLINE double poor_band(const LimitTable& t) noexcept {
-    return t.locked ? nearest_tuning::near_straight_locked : nearest_tuning::near_straight;
+    return t.locked ? NearestTuning::near_straight_locked : NearestTuning::near_straight;
 }
 
 /// Whether the elbow is so near to stretched or folded that psi is inaccurate.
@@ -104,7 +105,7 @@ ARMANGLE_INLINE bool may_hide(const LimitTable& t, const Circle<double>& c,
 /// Whether a circle is regular: psi has enough digits for every set that the limits may leave.
 ARMANGLE_INLINE bool is_bent(const LimitTable& t, const Circle<double>& c,
                              const JointFunctions<double>& f) noexcept {
-    return !comes_near_straight(max(poor_band(t), nearest_tuning::bent), c, f);
+    return !comes_near_straight(max(poor_band(t), NearestTuning::bent), c, f);
 }
 
 /// The square of the smallest distance of joints 2, 4 and 6 from their singular positions (rad^2).
@@ -118,13 +119,13 @@ inline double least_bend(const Circle<double>& c, const JointFunctions<double>& 
 /// The uncertainty (rad) of a joint for a given psi, from least_bend() (rad^2). If theta_2 or theta_6 is b
 /// from 0, a neighbour moves by 1 / b for each radian of psi, which is known to rounding / b.
 inline double uncertainty(double least_bend) noexcept {
-    return min(nearest_tuning::digits * tolerance::rounding / least_bend, nearest_tuning::poor);
+    return min(NearestTuning::digits * tolerance::rounding / least_bend, NearestTuning::poor);
 }
 
 /// The largest gap or overlap (rad) of blocked arcs that rounding alone may cause, from least_bend() (rad^2).
 /// Near the psi where a joint turns back it is the root of the joint's uncertainty.
 inline double unclear_gap(double least_bend) noexcept {
-    return min(sqrt(uncertainty(least_bend)), nearest_tuning::poor);
+    return min(sqrt(uncertainty(least_bend)), NearestTuning::poor);
 }
 
 /// Whether a single psi may be feasible although the arcs of a branch show none: rounding explains the
@@ -133,7 +134,7 @@ inline double unclear_gap(double least_bend) noexcept {
 inline bool may_meet(const Circle<double>& c, const JointFunctions<double>& f, double gap,
                      bool empty) noexcept {
     const double bend = least_bend(c, f);
-    return gap <= unclear_gap(bend) || (empty && bend <= nearest_tuning::bent * nearest_tuning::bent);
+    return gap <= unclear_gap(bend) || (empty && bend <= NearestTuning::bent * NearestTuning::bent);
 }
 
 /// The cost of one joint: w d^2, or w |d| - room, with d = q - near.
@@ -180,7 +181,7 @@ protected:
         c.offset = arm_.offset[j];
         c.lower = arm_.limits.lower[j];
         c.upper = arm_.limits.upper[j];
-        c.wide = !(c.upper - c.lower < two_pi - nearest_tuning::closed);
+        c.wide = !(c.upper - c.lower < two_pi - NearestTuning::closed);
         c.near = options_.near ? options_.near[j] : arm_.joint_middle[j];
         c.weight = options_.metric == Metric::max ? sqrt(options_.weight[j]) : options_.weight[j];
         if (options_.metric == Metric::margin) measure_margin(c, arm_.joint_middle[j]);
@@ -221,8 +222,8 @@ protected:
     /// The difference up to which two costs count as equal, from the rounding of the joints.
     double tie(double cost) const noexcept {
         const double size = abs(cost);
-        return squares() ? nearest_tuning::tie * (size + 2.0 * sqrt(size * grain_))
-                         : nearest_tuning::tie * size + nearest_tuning::noise * grain_;
+        return squares() ? NearestTuning::tie * (size + 2.0 * sqrt(size * grain_))
+                         : NearestTuning::tie * size + NearestTuning::noise * grain_;
     }
 
     /// The cheapest way for joints a and b to share v + epsilon u = `wanted` within their limits; infinite

@@ -23,10 +23,11 @@ struct CellSize {
     double r, height, tilt, turn;
 };
 
-namespace proven_tuning {
-inline constexpr int boxes = 12;  // number of boxes that cover psi
-inline constexpr int halvings = 3;
-}  // namespace proven_tuning
+/// Parameters of the proof of a cell of a reach map.
+struct ProvenCellTuning {
+    static constexpr int boxes = 12;  // number of boxes that cover psi
+    static constexpr int halvings = 3;
+};
 
 namespace detail {
 
@@ -150,11 +151,11 @@ inline Proven proven_cell(const ReducedArm<Arm>& arm, const ReducedPose& middle,
         const detail::CellProof proof(arm, c, gc >> 1 & 1);
         return proof.holds(psi, gc & 1, gc >> 2) ? Proven::all : Proven::unknown;
     }
-    const double step = two_pi / proven_tuning::boxes;
+    const double step = two_pi / ProvenCellTuning::boxes;
     for (int side = 0; side < 2; ++side) {
         const detail::CellProof proof(arm, c, side);
-        for (int k = 0; k < proven_tuning::boxes; ++k)
-            if (!proof.none(-pi + k * step, -pi + (k + 1) * step + 1e-12, proven_tuning::halvings))
+        for (int k = 0; k < ProvenCellTuning::boxes; ++k)
+            if (!proof.none(-pi + k * step, -pi + (k + 1) * step + 1e-12, ProvenCellTuning::halvings))
                 return Proven::unknown;
     }
     return Proven::none;

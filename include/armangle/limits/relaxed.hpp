@@ -25,13 +25,15 @@ struct ReachShell {
     double inner, outer;
 };
 
-namespace relaxed_tuning {
-inline constexpr int rounds = 15;               // Gauss-Newton rounds
-inline constexpr double longest = 0.5;          // rad: largest move of a joint in one round
-inline constexpr double damping = 1e-9;         // added to H, in m^2/rad^2
-inline constexpr double smallest_move = 1e-13;  // rad: smaller moves count as none
-inline constexpr double side_slack = 1e-6;  // rad that a hinge may be on the other side of a branch to keep
-}  // namespace relaxed_tuning
+/// Parameters of the reachable command nearest to an unreachable one.
+struct RelaxedTuning {
+    static constexpr int rounds = 15;               // Gauss-Newton rounds
+    static constexpr double longest = 0.5;          // rad: largest move of a joint in one round
+    static constexpr double damping = 1e-9;         // added to H, in m^2/rad^2
+    static constexpr double smallest_move = 1e-13;  // rad: smaller moves count as none
+    static constexpr double side_slack =
+        1e-6;  // rad that a hinge may be on the other side of a branch to keep
+};
 
 namespace detail {
 
@@ -105,7 +107,7 @@ inline Limits on_these_sides(const Arm& arm, const BranchMeetings& meetings, con
         const auto& [joint, zero, is_singular] = meetings[static_cast<std::size_t>(i)];
         const double off = detail::off_angle(arm, joint, zero, q[joint]), kept = is_singular ? margin : 0.0;
         const double own = off < 0 ? -1.0 : 1.0, asked = gc >> i & 1 ? -1.0 : 1.0;
-        const bool stays = gc >= 0 && off * asked > -relaxed_tuning::side_slack;
+        const bool stays = gc >= 0 && off * asked > -RelaxedTuning::side_slack;
         const double side = stays ? asked : own, apart = stays ? max(kept, tolerance::angle) : kept;
         if (stays || i == 1 || kept > 0)
             limit_to_side(arm, joint, q[joint] - arm.sign[joint] * off, side, apart, out);
@@ -182,18 +184,18 @@ inline JointQuadratic normal_equations(const Jacobian& J, const Twist& rest, dou
 /// comes nearer to the pose `command`, or the best one when the rounds end. One radian counts `length` (m).
 template <class A>
 Relaxed relaxed(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
-                double length, int rounds = relaxed_tuning::rounds) noexcept {
+                double length, int rounds = RelaxedTuning::rounds) noexcept {
     Relaxed best{start, 0};
     for (int j = 0; j < joints; ++j) best.at.q[j] = min(max(start.q[j], limits.lower[j]), limits.upper[j]);
     Twist rest;
     best.distance = detail::distance(arm, best.at.q, command, length, rest);
-    double damping = relaxed_tuning::damping;
+    double damping = RelaxedTuning::damping;
     for (int round = 0; round < rounds; ++round) {
         const JointQuadratic p = detail::normal_equations(jacobian(arm, best.at.q), rest, length, damping);
         double lower[joints], upper[joints], move[joints] = {}, longest = 0;
         for (int j = 0; j < joints; ++j) {
-            lower[j] = max(limits.lower[j] - best.at.q[j], -relaxed_tuning::longest);
-            upper[j] = min(limits.upper[j] - best.at.q[j], relaxed_tuning::longest);
+            lower[j] = max(limits.lower[j] - best.at.q[j], -RelaxedTuning::longest);
+            upper[j] = min(limits.upper[j] - best.at.q[j], RelaxedTuning::longest);
         }
         minimise(p, lower, upper, move);
         Relaxed next = best;
@@ -201,13 +203,13 @@ Relaxed relaxed(const A& arm, const Limits& limits, const Joints& start, const P
             next.at.q[j] = min(max(best.at.q[j] + move[j], limits.lower[j]), limits.upper[j]);
             longest = max(longest, abs(move[j]));
         }
-        if (!(longest > relaxed_tuning::smallest_move)) break;
+        if (!(longest > RelaxedTuning::smallest_move)) break;
         Twist next_rest;
         next.distance = detail::distance(arm, next.at.q, command, length, next_rest);
         if (next.distance < best.distance) {
             best = next;
             rest = next_rest;
-            damping = max(0.1 * damping, relaxed_tuning::damping);
+            damping = max(0.1 * damping, RelaxedTuning::damping);
         } else {
             damping *= 100.0;
         }

@@ -141,7 +141,7 @@ bool widest_slope(const AnyArm& arm, double singularity_margin, const Pose<doubl
     const double (&row)[joints] = by[who.flattest->joint];
     // The best psi costs less than a neighbour by more than the search tells: it is off the level place of
     // the parabola by that much at most, unless a fold ends psi before.
-    if (!(growth * growth <= 2.0 * abs(row[6]) * nearest_tuning::gain)) return false;
+    if (!(growth * growth <= 2.0 * abs(row[6]) * NearestTuning::gain)) return false;
     out.hold(row, row[6]);
     return true;
 }

@@ -14,20 +14,21 @@
 
 namespace armangle {
 
-namespace local_solve_tuning {
-inline constexpr int rounds = 40;            // Gauss-Newton rounds
-inline constexpr int patience = 6;           // stop after so many rounds that do not halve the distance
-inline constexpr double longest = 0.5;       // rad: largest move of a joint in one round
-inline constexpr double damping = 1e-26;     // smallest damping of H (of the square of the arm's size)
-inline constexpr double most = 1e-2;         // larger damping finds nothing (same unit)
-inline constexpr double share = 1e-8;        // weight of the cost at first (same unit) ...
-inline constexpr double last_share = 1e-12;  // ... and later, if the pose hardly distinguishes joints
-inline constexpr double still = 1e-15;       // rad: shorter moves count as none
-inline constexpr double exact = 2e-15;       // a pose this near is not improved (of the arm's size; rad)
-inline constexpr double meets = 1e-13;       // a pose this near is solved (same unit)
-inline constexpr double bent = 0.05;   // rad off straight: where an elbow begins that may bend either way
-inline constexpr double same = 4e-15;  // poses this near are equal (same unit; of a unit vector)
-}  // namespace local_solve_tuning
+/// Parameters of the solution of a pose near a start.
+struct LocalSolveTuning {
+    static constexpr int rounds = 40;            // Gauss-Newton rounds
+    static constexpr int patience = 6;           // stop after so many rounds that do not halve the distance
+    static constexpr double longest = 0.5;       // rad: largest move of a joint in one round
+    static constexpr double damping = 1e-26;     // smallest damping of H (of the square of the arm's size)
+    static constexpr double most = 1e-2;         // larger damping finds nothing (same unit)
+    static constexpr double share = 1e-8;        // weight of the cost at first (same unit) ...
+    static constexpr double last_share = 1e-12;  // ... and later, if the pose hardly distinguishes joints
+    static constexpr double still = 1e-15;       // rad: shorter moves count as none
+    static constexpr double exact = 2e-15;       // a pose this near is not improved (of the arm's size; rad)
+    static constexpr double meets = 1e-13;       // a pose this near is solved (same unit)
+    static constexpr double bent = 0.05;   // rad off straight: where an elbow begins that may bend either way
+    static constexpr double same = 4e-15;  // poses this near are equal (same unit; of a unit vector)
+};
 
 /// Attracts a configuration on its way to a pose: joint j by weight[j] towards near[j].
 struct Attraction {
@@ -151,10 +152,10 @@ Relaxed solve_locally(const A& arm, const Limits& limits, const Joints& start, c
     Twist rest;
     best.distance = detail::distance(arm, best.at.q, pose, length, rest);
     double cost = detail::local_cost(pull, share, best.at.q, best.distance);
-    double damping = local_solve_tuning::damping, before = infinity;
-    for (int round = 0; round < local_solve_tuning::rounds && damping < local_solve_tuning::most; ++round) {
-        if (share == 0 && best.distance <= local_solve_tuning::exact * length) break;
-        if (round % local_solve_tuning::patience == 0) {
+    double damping = LocalSolveTuning::damping, before = infinity;
+    for (int round = 0; round < LocalSolveTuning::rounds && damping < LocalSolveTuning::most; ++round) {
+        if (share == 0 && best.distance <= LocalSolveTuning::exact * length) break;
+        if (round % LocalSolveTuning::patience == 0) {
             if (share == 0 && best.distance > 0.5 * before) break;
             before = best.distance;
         }
@@ -163,8 +164,8 @@ Relaxed solve_locally(const A& arm, const Limits& limits, const Joints& start, c
             detail::local_rows(arm, best.at.q, rest, pull, share, damping * square);
         double lower[joints], upper[joints], move[joints] = {}, longest = 0;
         for (int j = 0; j < joints; ++j) {
-            lower[j] = max(limits.lower[j] - best.at.q[j], -local_solve_tuning::longest);
-            upper[j] = min(limits.upper[j] - best.at.q[j], local_solve_tuning::longest);
+            lower[j] = max(limits.lower[j] - best.at.q[j], -LocalSolveTuning::longest);
+            upper[j] = min(limits.upper[j] - best.at.q[j], LocalSolveTuning::longest);
         }
         minimise(rows.quadratic(), lower, upper, move,
                  [&rows](const bool (&free)[joints], double (&y)[joints]) noexcept { rows.solve(free, y); });
@@ -173,7 +174,7 @@ Relaxed solve_locally(const A& arm, const Limits& limits, const Joints& start, c
             next.at.q[j] = min(max(best.at.q[j] + move[j], limits.lower[j]), limits.upper[j]);
             longest = max(longest, abs(next.at.q[j] - best.at.q[j]));
         }
-        if (!(longest > local_solve_tuning::still)) break;
+        if (!(longest > LocalSolveTuning::still)) break;
         Twist next_rest;
         next.distance = detail::distance(arm, next.at.q, pose, length, next_rest);
         const double next_cost = detail::local_cost(pull, share, next.at.q, next.distance);
@@ -181,7 +182,7 @@ Relaxed solve_locally(const A& arm, const Limits& limits, const Joints& start, c
             best = next;
             rest = next_rest;
             cost = next_cost;
-            damping = max(1e-3 * damping, local_solve_tuning::damping);
+            damping = max(1e-3 * damping, LocalSolveTuning::damping);
         } else {
             damping *= 1e3;
         }
@@ -192,7 +193,7 @@ Relaxed solve_locally(const A& arm, const Limits& limits, const Joints& start, c
 /// Whether a configuration, with its distance from the pose, solves it up to rounding.
 template <class A>
 bool meets(const A& arm, const Relaxed& at) noexcept {
-    return at.distance <= local_solve_tuning::meets * nominal(arm).size;
+    return at.distance <= LocalSolveTuning::meets * nominal(arm).size;
 }
 
 /// Moves the start onto the pose, then towards the attraction and back onto the pose; returns the best
@@ -203,7 +204,7 @@ Relaxed solve_locally_attracted(const A& arm, const Limits& limits, const Joints
     const double size = nominal(arm).size;
     const auto attraction = [&pull](const Relaxed& x) { return detail::local_cost(pull, 1.0, x.at.q, 0.0); };
     Relaxed best = solve_locally(arm, limits, start, pose, pull, 0.0, budget), from = best;
-    for (const double share : {local_solve_tuning::share, local_solve_tuning::last_share}) {
+    for (const double share : {LocalSolveTuning::share, LocalSolveTuning::last_share}) {
         const Relaxed attracted =
             solve_locally(arm, limits, from.at, pose, pull, share * size * size, budget);
         from = solve_locally(arm, limits, attracted.at, pose, pull, 0.0, budget);
@@ -219,7 +220,7 @@ template <class Visit>
 void with_either_bend(const Arm& nominal, Joints q, double most, const Visit& visit) noexcept {
     const double straight = lift(to_q(nominal, 3, nominal.delta_angle), q.q[3]), bend = q.q[3] - straight;
     if (visit(q) || !(abs(bend) <= most)) return;
-    for (const double begin : {-bend, local_solve_tuning::bent, -local_solve_tuning::bent}) {
+    for (const double begin : {-bend, LocalSolveTuning::bent, -LocalSolveTuning::bent}) {
         q.q[3] = straight + begin;
         if (visit(q)) return;
     }
@@ -232,8 +233,8 @@ inline bool same_pose(double size, const Pose<double>& pose, const Pose<double>&
         return max(max(abs(d.x), abs(d.y)), abs(d.z));
     };
     const auto &r = pose.rotation, &s = other.rotation;
-    return far(pose.position, other.position) <= local_solve_tuning::same * size &&
-           max(max(far(r.x, s.x), far(r.y, s.y)), far(r.z, s.z)) <= local_solve_tuning::same;
+    return far(pose.position, other.position) <= LocalSolveTuning::same * size &&
+           max(max(far(r.x, s.x), far(r.y, s.y)), far(r.z, s.z)) <= LocalSolveTuning::same;
 }
 
 }  // namespace armangle

@@ -19,9 +19,11 @@ namespace armangle {
 /// Which part rotates: the base around axis 1, or the tool around axis 7.
 enum class Turned : std::uint8_t { base, tool };
 
-namespace turn_tuning {
-inline constexpr double noise = 1e-6;  // rad: a motion against the slope up to this is rounding near a jump
-}  // namespace turn_tuning
+/// Parameters of the arcs of turns of base and tool.
+struct TurnArcsTuning {
+    static constexpr double noise =
+        1e-6;  // rad: a motion against the slope up to this is rounding near a jump
+};
 
 namespace detail {
 
@@ -104,8 +106,8 @@ inline Swings swings(const Pivot<double>& p, const Hinge<double>& h, double lowe
         }
         double moved = wrap(to - from);
         const bool rising = slope.at(sin_cos(0.5 * (walk.psi[k - 1] + walk.psi[k]))) > 0;
-        if (moved < -turn_tuning::noise && rising) moved += two_pi;
-        if (moved > turn_tuning::noise && !rising) moved -= two_pi;
+        if (moved < -TurnArcsTuning::noise && rising) moved += two_pi;
+        if (moved > TurnArcsTuning::noise && !rising) moved -= two_pi;
         now += moved;
         out.least[out.count - 1] = min(out.least[out.count - 1], now);
         out.most[out.count - 1] = max(out.most[out.count - 1], now);

@@ -23,26 +23,28 @@
 
 namespace armangle {
 
-namespace elbow_choice_tuning {
-inline constexpr double longest = 0.2;  // rad: largest change of the carried psi in a control cycle
-inline constexpr double unsure = 0.05;  // an elbow target this near to the shoulder-wrist line is ignored
-inline constexpr double centre = 0.03;  // cost of a joint off its middle: of x^2, x a share of half the range
-inline constexpr double room = 0.05;    // cost of a joint near its limit
-inline constexpr double edge = 1.05;    // that cost is x^2 / (edge - x^2)
-inline constexpr double beyond = 100.0;      // cost of a joint that violates its limit
-inline constexpr double singular = 0.1;      // cost of a rad^2 within the margin of theta_2, theta_6 = 0
-inline constexpr double turning = 0.1;       // cost of a rad^2 of change in psi
-inline constexpr double horizon = 0.6;       // s: time that the elbow looks ahead
-inline constexpr int glances = 8;            // number of times checked within it
-inline constexpr double acceleration = 0.7;  // share of joint 4's acceleration that is assumed ...
-inline constexpr double under_way = 0.5;     // ... and of its present bending velocity
-inline constexpr double most = 0.8;          // rad: largest bend in advance
-inline constexpr double foresight = 0.5;     // s: time within which a crossing is predicted
-inline constexpr int looks = 5;              // number of times checked within it
-inline constexpr double detour = 0.8;        // rad: largest change of psi to pass through
-inline constexpr double spin = 2.0;          // times their greatest velocity is too fast for a pivot's half
-                                             // turn
-}  // namespace elbow_choice_tuning
+/// Parameters of the elbow's motion while the target is followed.
+struct ElbowChoiceTuning {
+    static constexpr double longest = 0.2;  // rad: largest change of the carried psi in a control cycle
+    static constexpr double unsure = 0.05;  // an elbow target this near to the shoulder-wrist line is ignored
+    static constexpr double centre =
+        0.03;  // cost of a joint off its middle: of x^2, x a share of half the range
+    static constexpr double room = 0.05;         // cost of a joint near its limit
+    static constexpr double edge = 1.05;         // that cost is x^2 / (edge - x^2)
+    static constexpr double beyond = 100.0;      // cost of a joint that violates its limit
+    static constexpr double singular = 0.1;      // cost of a rad^2 within the margin of theta_2, theta_6 = 0
+    static constexpr double turning = 0.1;       // cost of a rad^2 of change in psi
+    static constexpr double horizon = 0.6;       // s: time that the elbow looks ahead
+    static constexpr int glances = 8;            // number of times checked within it
+    static constexpr double acceleration = 0.7;  // share of joint 4's acceleration that is assumed ...
+    static constexpr double under_way = 0.5;     // ... and of its present bending velocity
+    static constexpr double most = 0.8;          // rad: largest bend in advance
+    static constexpr double foresight = 0.5;     // s: time within which a crossing is predicted
+    static constexpr int looks = 5;              // number of times checked within it
+    static constexpr double detour = 0.8;        // rad: largest change of psi to pass through
+    static constexpr double spin = 2.0;  // times their greatest velocity is too fast for a pivot's half
+                                         // turn
+};
 
 /// Estimates the psi of a self-motion that moves the joints least from q, weighted by their velocity bounds
 /// `fastest` (rad/s): the psi that keeps the elbow axis z3, corrected by one Gauss-Newton step.
@@ -59,7 +61,7 @@ inline double psi_carried(const Arm& arm, const SelfMotion<double>& m, const Joi
         size += weight * slope.q[j] * slope.q[j];
     }
     if (!(size > 0)) return held;
-    return held - min(max(along / size, -elbow_choice_tuning::longest), elbow_choice_tuning::longest);
+    return held - min(max(along / size, -ElbowChoiceTuning::longest), ElbowChoiceTuning::longest);
 }
 
 /// The psi that an elbow target requests, and its confidence: 0 if the target's point or direction lies along
@@ -75,7 +77,7 @@ inline ElbowChoice hinted_psi(const Arm& arm, const SelfMotion<double>& m, const
     Vec3<double> v = arm.has_base ? arm.base_inverse.rotation * hint.target : hint.target;
     if (hint.wish == Wish::point) v = v + arm.base_inverse.position - Vec3<double>{0, 0, arm.d_bs};
     const double far = norm(v), across = norm(v - m.circle.w * dot(v, m.circle.w));
-    if (wished.why != Indifferent::no || !(across > elbow_choice_tuning::unsure * far) || !(far < infinity))
+    if (wished.why != Indifferent::no || !(across > ElbowChoiceTuning::unsure * far) || !(far < infinity))
         return {0.0, 0.0};
     return {wished.psi, across / far};
 }
@@ -101,14 +103,14 @@ inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFu
             if (!(half > 0) || !(half < infinity)) continue;
             const Boxes there = lift(to_q(theta[k], Boxes(arm.sign[j]), Boxes(arm.offset[j])), Boxes(q[j]));
             const Boxes share = (there - Boxes(arm.joint_middle[j])) * Boxes(1.0 / half), x = share * share;
-            cost = cost + Boxes(elbow_choice_tuning::centre) * x +
+            cost = cost + Boxes(ElbowChoiceTuning::centre) * x +
                    select(x < Boxes(1.0),
-                          Boxes(elbow_choice_tuning::room) * x / (Boxes(elbow_choice_tuning::edge) - x),
-                          Boxes(elbow_choice_tuning::beyond) * x);
+                          Boxes(ElbowChoiceTuning::room) * x / (Boxes(ElbowChoiceTuning::edge) - x),
+                          Boxes(ElbowChoiceTuning::beyond) * x);
         }
         const Boxes near = max(Boxes(margin) - bend, Boxes(0.0)),
                     far = max(bend - Boxes(pi - margin), Boxes(0.0));
-        cost = cost + Boxes(elbow_choice_tuning::singular) * (near * near + far * far);
+        cost = cost + Boxes(ElbowChoiceTuning::singular) * (near * near + far * far);
     }
     return cost;
 }
@@ -130,7 +132,7 @@ inline double turn_to_room(const Arm& arm, const SelfMotion<double>& m, double p
     for (int part = 0; part < count; part += joint_slots) {
         const Boxes turn = Boxes::load(turns + part);
         const Boxes costs = detail::crowding(arm, m, f, sin_cos(Boxes(psi) + turn), q, margin) +
-                            Boxes(elbow_choice_tuning::turning) * turn * turn;
+                            Boxes(ElbowChoiceTuning::turning) * turn * turn;
         costs.store(cost + part);
     }
     for (int i = 1; i < count; ++i) best = cost[i] < cost[best] ? i : best;
@@ -179,7 +181,7 @@ inline bool better_through(const Arm& arm, int side, const double* q) noexcept {
 /// `fastest` the velocity bounds (rad/s).
 inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, const Hand& hand,
                                const Vec3<double>& z3, const double* q, const double* fastest) noexcept {
-    static constexpr double between = elbow_choice_tuning::foresight / elbow_choice_tuning::looks;
+    static constexpr double between = ElbowChoiceTuning::foresight / ElbowChoiceTuning::looks;
     const auto motion_of = [&](const Pose<double>& pose) {
         return self_motion(arm, circle(arm, flange_pose(arm, pose)), gc);
     };
@@ -187,7 +189,7 @@ inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, 
     const Mat3<double> turned = from_rotation_vector(move.angular);
     Pose<double> pose = hand.pose();
     double before[hinges]{};
-    for (int look = 0; look <= elbow_choice_tuning::looks; ++look) {
+    for (int look = 0; look <= ElbowChoiceTuning::looks; ++look) {
         if (look > 0) pose = {turned * pose.rotation, pose.position + move.linear};
         const SelfMotion<double> m = motion_of(pose);
         if (is_folded(m.circle) || is_unreachable(m.circle)) return {};
@@ -202,7 +204,7 @@ inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, 
             const SinCos<double> cone = lean(there.elbow, side == 0 ? there.elbow.beta : there.elbow.gamma);
             const double slowest = min(fastest[4 * side], fastest[4 * side + 2]);
             const double spin = abs(now - last) / between / (way * cone.sin * cone.sin);
-            if (!(way <= elbow_choice_tuning::detour) || spin < elbow_choice_tuning::spin * slowest) continue;
+            if (!(way <= ElbowChoiceTuning::detour) || spin < ElbowChoiceTuning::spin * slowest) continue;
             const SinCos<double> turn = sin_cos(psi);
             return {true, combine(there.circle.z, turn.cos, there.circle.e, turn.sin)};
         }
@@ -215,18 +217,18 @@ inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, 
 /// and `hardest` bound its velocity and acceleration. 0 if both are infinite.
 inline double bend_ahead(const Arm& arm, const Vec3<double>& wrist, const Vec3<double>& speed, double bending,
                          double fastest, double hardest) noexcept {
-    const double start = elbow_choice_tuning::under_way * min(max(bending, 0.0), fastest);
-    const double a = elbow_choice_tuning::acceleration * hardest, ramp = (fastest - start) / a;
+    const double start = ElbowChoiceTuning::under_way * min(max(bending, 0.0), fastest);
+    const double a = ElbowChoiceTuning::acceleration * hardest, ramp = (fastest - start) / a;
     if (is_nan(ramp)) return 0.0;  // no bounds: always in time
     double need = 0;
-    for (int i = 1; i <= elbow_choice_tuning::glances; ++i) {
-        const double after = elbow_choice_tuning::horizon * i / elbow_choice_tuning::glances;
+    for (int i = 1; i <= ElbowChoiceTuning::glances; ++i) {
+        const double after = ElbowChoiceTuning::horizon * i / ElbowChoiceTuning::glances;
         const double bend = detail::bend_of(arm, norm(wrist + speed * after));
         const double way = after < ramp ? (start + 0.5 * a * after) * after
                                         : fastest * after - 0.5 * (fastest - start) * ramp;
         need = max(need, bend - way);
     }
-    return min(need, elbow_choice_tuning::most);
+    return min(need, ElbowChoiceTuning::most);
 }
 
 }  // namespace armangle

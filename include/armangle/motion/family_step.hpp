@@ -67,7 +67,7 @@ public:
         if (arcs_.status == Status::OK && take(own_, wish, options_.allowed, out)) return out;
         const bool merging = (unproven_ && !(family_.margin() > 0)) || meeting() != 1u << own_;
         // near a hinge the arcs of other branches sweep joints around
-        const bool is_singular = merging && singularity_sine() <= step_tuning::shut;
+        const bool is_singular = merging && singularity_sine() <= StepTuning::shut;
         if ((is_singular && solve_nearby(out)) || change_branch(out)) return out;
         if ((merging && !is_singular && solve_nearby(out)) || take_nearest(out)) return out;
         why = reason(why);
@@ -294,7 +294,7 @@ private:
         for (int j = 0; j < joints; ++j) start.q[j] = q_now_[j];
         Relaxed found{start, infinity};
         with_either_bend(rows_, start, longest_, [&](const Joints& from) {
-            int rounds = local_solve_tuning::rounds;
+            int rounds = LocalSolveTuning::rounds;
             found = solve_locally(family_.arm(), limits, from, pose_, {}, 0.0, rounds);
             return meets(family_.arm(), found);
         });
@@ -363,7 +363,7 @@ private:
             return true;
         }
         const double most =
-            max(step_tuning::sweep * least, move) + damped_drift(bend, options_.max_joint_step);
+            max(StepTuning::sweep * least, move) + damped_drift(bend, options_.max_joint_step);
         if (!(most < options_.max_joint_step)) return false;
         longest_ = most;
         Status why;
@@ -436,7 +436,7 @@ private:
         Joints to = level.at;
         bool rests = is_level && norm(off.linear) <= level.gap + tuning.same;
         if (!level.kept || level.held) {
-            const double length = step_tuning::length;
+            const double length = StepTuning::length;
             const Relaxed nearest =
                 approach(family_.arm(), sides, start, pose_, length, tuning.rounds, tuning);
             to = nearest.at;

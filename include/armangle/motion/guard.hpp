@@ -23,19 +23,21 @@
 
 namespace armangle {
 
-namespace guard_tuning {
-inline constexpr double standoff = 1e-4;  // m beyond the clearance at which an approach ends
-inline constexpr double look = 0.03;      // m within which pairs are constrained at rest; more with speed
-inline constexpr double farthest = 0.3;   // m: upper bound of that distance
-inline constexpr double ticks = 3.0;      // an approach ends no faster than geometrically over so many cycles
-inline constexpr double retreat = 0.05;   // m/s at which a pair that is too near separates
-inline constexpr double weight = 1e5;     // cost of a violation of 1 (m/s)^2, as a share of the greatest of H
-inline constexpr int rounds = 8;          // rounds of the least squares that add and drop pairs
-inline constexpr int tries = 5;           // number of velocities tried between the requested one and braking
-inline constexpr double cautious = 0.9;   // share of the proven part that is tried next
-inline constexpr double finer = 0.8;      // factor from one stopping rate to the next one tried ...
-inline constexpr int rates = 40;          // ... up to so many
-}  // namespace guard_tuning
+/// Parameters of moves that stay free of collisions.
+struct GuardTuning {
+    static constexpr double standoff = 1e-4;  // m beyond the clearance at which an approach ends
+    static constexpr double look = 0.03;      // m within which pairs are constrained at rest; more with speed
+    static constexpr double farthest = 0.3;   // m: upper bound of that distance
+    static constexpr double ticks = 3.0;  // an approach ends no faster than geometrically over so many cycles
+    static constexpr double retreat = 0.05;  // m/s at which a pair that is too near separates
+    static constexpr double weight =
+        1e5;                          // cost of a violation of 1 (m/s)^2, as a share of the greatest of H
+    static constexpr int rounds = 8;  // rounds of the least squares that add and drop pairs
+    static constexpr int tries = 5;   // number of velocities tried between the requested one and braking
+    static constexpr double cautious = 0.9;  // share of the proven part that is tried next
+    static constexpr double finer = 0.8;     // factor from one stopping rate to the next one tried ...
+    static constexpr int rates = 40;         // ... up to so many
+};
 
 /// Keeps a control cycle, and braking after it, collision-free in a scene.
 class Guard {
@@ -55,8 +57,8 @@ public:
         const double stop = bounds_ ? 4.0 / rate : braking(v);
         double sum = 0;
         for (int j = 0; j < joints; ++j) sum += abs(v[j]);
-        lasting_ = max(dt + 0.5 * (stop + dt), guard_tuning::ticks * dt);
-        const double reach = min(guard_tuning::look + 0.5 * size_ * sum * lasting_, guard_tuning::farthest);
+        lasting_ = max(dt + 0.5 * (stop + dt), GuardTuning::ticks * dt);
+        const double reach = min(GuardTuning::look + 0.5 * size_ * sum * lasting_, GuardTuning::farthest);
         count_ = near(q, reach, near_);
     }
 
@@ -77,12 +79,11 @@ public:
                 bounds_ ? stopping_velocity(before_[j], changing_[j], rate_, dt_) : before_[j] * slower;
             wished[j] = v[j];
         }
-        for (int trial = 0; trial < guard_tuning::tries; ++trial) {
+        for (int trial = 0; trial < GuardTuning::tries; ++trial) {
             for (int j = 0; j < joints; ++j) v[j] = braked[j] + part * (wished[j] - braked[j]);
             const double free = share(v);
             if (!(free < 1.0)) return trial == 0;
-            part *=
-                trial + 2 < guard_tuning::tries ? max(min(guard_tuning::cautious * free, 0.5), 0.1) : 0.02;
+            part *= trial + 2 < GuardTuning::tries ? max(min(GuardTuning::cautious * free, 0.5), 0.1) : 0.02;
         }
         for (int j = 0; j < joints; ++j) v[j] = braked[j];
         next_rate_ = rate_;
@@ -98,15 +99,15 @@ public:
         armangle::minimise(p, lower, upper, v);
         double most = 0, pressed = 0;
         for (int j = 0; j < joints; ++j) most = max(most, p.H[j][j]);
-        bool is_watched[straight_move_tuning::most_near]{};
-        for (int round = 0; round < guard_tuning::rounds; ++round) {
+        bool is_watched[StraightMoveTuning::most_near]{};
+        for (int round = 0; round < GuardTuning::rounds; ++round) {
             JointQuadratic with = p;
             bool changed = false;
             pressed = 0;
             for (int i = 0; i < count_; ++i) {
                 const NearPair& pair = near_[i];
                 const double slowest =
-                    -max((pair.room - guard_tuning::standoff) / lasting_, -guard_tuning::retreat);
+                    -max((pair.room - GuardTuning::standoff) / lasting_, -GuardTuning::retreat);
                 double now = 0;
                 for (int j = 0; j < joints; ++j) now += pair.rate[j] * v[j];
                 changed |= is_watched[i] != (now < slowest);
@@ -115,9 +116,9 @@ public:
                 if (slowest - now > pressed) blocking_ = pair.pair;
                 pressed = max(pressed, slowest - now);
                 for (int j = 0; j < joints; ++j) {
-                    with.g[j] += guard_tuning::weight * most * slowest * pair.rate[j];
+                    with.g[j] += GuardTuning::weight * most * slowest * pair.rate[j];
                     for (int k = 0; k < joints; ++k)
-                        with.H[j][k] += guard_tuning::weight * most * pair.rate[j] * pair.rate[k];
+                        with.H[j][k] += GuardTuning::weight * most * pair.rate[j] * pair.rate[k];
                 }
             }
             if (!changed) return;
@@ -130,11 +131,11 @@ public:
     bool clear(const double* from, const double* to, Tag& pair) noexcept {
         double d[joints];
         for (int j = 0; j < joints; ++j) d[j] = to[j] - from[j];
-        return !(proven(from, d, pair, straight_move_tuning::many_looks, nullptr) < 1.0);
+        return !(proven(from, d, pair, StraightMoveTuning::many_looks, nullptr) < 1.0);
     }
 
     /// The nearest pair at joints q within the look-ahead distance of the clearance; 0 if there is none.
-    Tag nearest_at(const double* q) noexcept { return nearest_pair(q, guard_tuning::look).pair; }
+    Tag nearest_at(const double* q) noexcept { return nearest_pair(q, GuardTuning::look).pair; }
 
     /// The pair that blocked this cycle; 0 if none did.
     Tag blocking() const noexcept { return blocking_; }
@@ -149,7 +150,7 @@ protected:
 private:
     /// Finds the pairs at joints q within `reach` (m) of the clearance; returns their number.
     virtual int near(const double* q, double reach,
-                     NearPair (&pairs)[straight_move_tuning::most_near]) noexcept = 0;
+                     NearPair (&pairs)[StraightMoveTuning::most_near]) noexcept = 0;
     /// The nearest pair at joints q within `reach` (m) of the clearance; its `pair` is 0 if there is none.
     virtual NearestPair nearest_pair(const double* q, double reach) noexcept = 0;
     /// The share of the motion d (rad) from q that is proven collision-free; see StraightMove::proven.
@@ -203,7 +204,7 @@ private:
     /// there is none.
     double stopping_rate(const double (&v)[joints], const double (&a)[joints]) const noexcept {
         double rate = min(1.0 / dt_, 2.0 * rate_);
-        for (int trial = 0; trial < guard_tuning::rates; ++trial, rate *= guard_tuning::finer) {
+        for (int trial = 0; trial < GuardTuning::rates; ++trial, rate *= GuardTuning::finer) {
             bool all = true;
             for (int j = 0; j < joints && all; ++j) all = stops_at(bounds_[j], v[j], a[j], rate);
             if (all) return rate;
@@ -233,7 +234,7 @@ private:
         }
         const double part = square > 0 ? min(max(along / square, 0.0), 1.0) : 0.0;
         for (int j = 0; j < joints; ++j) off[j] = abs(corner[j] - part * d[j]);
-        const double out = proven(q_, d, blocking_, straight_move_tuning::looks, off);
+        const double out = proven(q_, d, blocking_, StraightMoveTuning::looks, off);
         if (!(out < 1.0)) next_rate_ = rate;
         return out;
     }
@@ -248,7 +249,7 @@ private:
             d[j] = v[j] * lasting;
             if (!is_within(j, d[j])) return 0.5;
         }
-        return proven(q_, d, blocking_, straight_move_tuning::looks, nullptr);
+        return proven(q_, d, blocking_, StraightMoveTuning::looks, nullptr);
     }
 
     double size_;
@@ -258,7 +259,7 @@ private:
     double rate_ = 0, next_rate_ = 0;  // 1/s
     double dt_ = 0, lasting_ = 0;      // s
     Limits limits_{};
-    NearPair near_[straight_move_tuning::most_near];
+    NearPair near_[StraightMoveTuning::most_near];
     int count_ = 0;
     Tag blocking_ = 0;
 };
@@ -276,7 +277,7 @@ public:
 private:
     /// See Guard::near.
     int near(const double* q, double reach,
-             NearPair (&pairs)[straight_move_tuning::most_near]) noexcept override {
+             NearPair (&pairs)[StraightMoveTuning::most_near]) noexcept override {
         return move_.near(q, reach, pairs);
     }
     /// See Guard::nearest_pair.

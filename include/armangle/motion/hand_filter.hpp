@@ -29,21 +29,22 @@ struct HandFilter {
     double turn = 0.35;      // rad: the same for rotations
 };
 
-namespace hand_filter_tuning {
-inline constexpr double stale = 0.06;    // s: a sample repeated for longer is a target at rest ...
-inline constexpr double periods = 1.25;  // ... unless so many of the device's periods last longer
-inline constexpr double seldom = 0.5;    // s: longer than the period of any device
-inline constexpr double slowing = 0.15;  // s in which a prediction without samples slows down
-inline constexpr double fastest = 20.0;  // m/s and rad/s: a faster difference of samples is a jump
-inline constexpr double smooth = 0.03;   // s over which the acceleration is averaged
-inline constexpr double rare = 1.5;      // cycles between samples beyond which corrections are spread ...
-inline constexpr double convergence_periods = 1.0;  // ... over so many of their periods, ...
-inline constexpr double longest = 0.025;            // ... each of which counts as at most this, s
-inline constexpr double shared = 0.4;               // of that time, taken from 1 / omega of the estimate, ...
-inline constexpr double least = 0.5;                // ... of which at least this share remains
-inline constexpr double newest = 0.125;             // weight of the newest sample in the changes of velocity
-inline constexpr double calm = 0.1;  // m/s and rad/s of oscillation up to which a velocity is accepted
-}  // namespace hand_filter_tuning
+/// Parameters of the filter of a hand's samples.
+struct HandFilterTuning {
+    static constexpr double stale = 0.06;    // s: a sample repeated for longer is a target at rest ...
+    static constexpr double periods = 1.25;  // ... unless so many of the device's periods last longer
+    static constexpr double seldom = 0.5;    // s: longer than the period of any device
+    static constexpr double slowing = 0.15;  // s in which a prediction without samples slows down
+    static constexpr double fastest = 20.0;  // m/s and rad/s: a faster difference of samples is a jump
+    static constexpr double smooth = 0.03;   // s over which the acceleration is averaged
+    static constexpr double rare = 1.5;      // cycles between samples beyond which corrections are spread ...
+    static constexpr double convergence_periods = 1.0;  // ... over so many of their periods, ...
+    static constexpr double longest = 0.025;            // ... each of which counts as at most this, s
+    static constexpr double shared = 0.4;    // of that time, taken from 1 / omega of the estimate, ...
+    static constexpr double least = 0.5;     // ... of which at least this share remains
+    static constexpr double newest = 0.125;  // weight of the newest sample in the changes of velocity
+    static constexpr double calm = 0.1;  // m/s and rad/s of oscillation up to which a velocity is accepted
+};
 
 /// A target whose samples may be late, jump or fail: its pose and velocity.
 class Hand {
@@ -144,9 +145,9 @@ private:
     /// because a target that rested has a long one.
     double stale() const noexcept {
         const double period = min(between_[0], between_[1]);
-        return period < hand_filter_tuning::seldom
-                   ? max(hand_filter_tuning::stale, hand_filter_tuning::periods * period)
-                   : hand_filter_tuning::stale;
+        return period < HandFilterTuning::seldom
+                   ? max(HandFilterTuning::stale, HandFilterTuning::periods * period)
+                   : HandFilterTuning::stale;
     }
 
     /// Whether a motion (m, rad) is larger than a jump.
@@ -181,7 +182,7 @@ private:
         held_ = true;
         since_ += dt;
         pose_ = moved_by(pose_, velocity_ * dt);
-        velocity_ = velocity_ * std::exp(-dt / hand_filter_tuning::slowing);
+        velocity_ = velocity_ * std::exp(-dt / HandFilterTuning::slowing);
         acceleration_ = Twist{};
         return false;
     }
@@ -198,8 +199,8 @@ private:
     /// if it oscillates.
     void take(const Pose<double>& sample) noexcept {
         const Twist speed = difference(last_sample_, sample) * (1.0 / age_);
-        const bool possible = norm(speed.linear) < hand_filter_tuning::fastest &&
-                              norm(speed.angular) < hand_filter_tuning::fastest;
+        const bool possible =
+            norm(speed.linear) < HandFilterTuning::fastest && norm(speed.angular) < HandFilterTuning::fastest;
         velocity_ = possible ? speed * believed(speed) : Twist{};
         period_ = age_;
         pose_ = sample;
@@ -211,10 +212,10 @@ private:
         const auto size = [](const Twist& t) { return std::hypot(norm(t.linear), norm(t.angular)); };
         const Twist change = speed - measured_;
         measured_ = speed;
-        drift_ = drift_ + (change - drift_) * hand_filter_tuning::newest;
-        changes_ += (size(change) - changes_) * hand_filter_tuning::newest;
+        drift_ = drift_ + (change - drift_) * HandFilterTuning::newest;
+        changes_ += (size(change) - changes_) * HandFilterTuning::newest;
         const double tremble = max(changes_ - size(drift_), 0.0);
-        const double share = hand_filter_tuning::calm / max(tremble, hand_filter_tuning::calm);
+        const double share = HandFilterTuning::calm / max(tremble, HandFilterTuning::calm);
         return share * share;
     }
 
@@ -224,9 +225,9 @@ private:
         const Pose<double> predicted = moved_by(pose_, velocity_ * dt);
         const Twist rest = difference(predicted, sample);
         const double T = since_ + dt;
-        convergence_time_ = T > hand_filter_tuning::rare * dt ? hand_filter_tuning::convergence_periods *
-                                                                    min(T, hand_filter_tuning::longest)
-                                                              : 0.0;
+        convergence_time_ = T > HandFilterTuning::rare * dt
+                                ? HandFilterTuning::convergence_periods * min(T, HandFilterTuning::longest)
+                                : 0.0;
         const double a = std::exp(-estimating() * T);
         pose_ = moved_by(predicted, rest * (1.0 - a * a));
         const Twist now = (velocity_ + rest * ((1.0 - a) * (1.0 - a) / T)) * (repeated ? a : 1.0);
@@ -235,21 +236,21 @@ private:
 
     /// The factor that reduces a velocity to the greatest possible one.
     static double possible(const Vec3<double>& velocity) noexcept {
-        return hand_filter_tuning::fastest / max(norm(velocity), hand_filter_tuning::fastest);
+        return HandFilterTuning::fastest / max(norm(velocity), HandFilterTuning::fastest);
     }
 
     /// The filter frequency (1/s) of the estimate. It is raised because the shown pose, which converges to
     /// the estimate, also smooths and lags.
     double estimating() const noexcept {
-        return options_.omega / max(hand_filter_tuning::least,
-                                    1.0 - hand_filter_tuning::shared * options_.omega * convergence_time_);
+        return options_.omega / max(HandFilterTuning::least,
+                                    1.0 - HandFilterTuning::shared * options_.omega * convergence_time_);
     }
 
     /// Averages the acceleration from the last change of the shown velocity.
     void accelerate(const Twist& before, double dt) noexcept {
         const Twist change = (shown_velocity_ - before) * (1.0 / dt);
         acceleration_ =
-            acceleration_ + (change - acceleration_) * -std::expm1(-dt / hand_filter_tuning::smooth);
+            acceleration_ + (change - acceleration_) * -std::expm1(-dt / HandFilterTuning::smooth);
     }
 
     /// Stores a sample received now, and the present estimate as the pose of that time.

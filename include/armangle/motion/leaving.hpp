@@ -22,17 +22,19 @@
 
 namespace armangle {
 
-namespace leaving_tuning {
-inline constexpr double singular = 1e-10;  // |sin| of theta_2, theta_6 at which pivots leave the tool still
-inline constexpr double off = 1e-7;        // rad by which psi leaves
-inline constexpr double nearly = 0.2;      // |sin| below which psi slows down for the coming motion
-inline constexpr double coarsest = 0.02;   // share of that sine at which psi is sampled
-inline constexpr double offs[] = {0.25, 0.5, 1, 2, 4, 8, 16, 32, 64};  // times that: rad of psi ahead
-}  // namespace leaving_tuning
+/// Parameters of the way out of a singular posture.
+struct LeavingTuning {
+    static constexpr double singular =
+        1e-10;                             // |sin| of theta_2, theta_6 at which pivots leave the tool still
+    static constexpr double off = 1e-7;    // rad by which psi leaves
+    static constexpr double nearly = 0.2;  // |sin| below which psi slows down for the coming motion
+    static constexpr double coarsest = 0.02;  // share of that sine at which psi is sampled
+    static constexpr double offs[] = {0.25, 0.5, 1, 2, 4, 8, 16, 32, 64};  // times that: rad of psi ahead
+};
 
 /// Whether theta_2 (side 0) or theta_6 (side 1) is 0 or pi.
 inline bool is_singular(const Chain& now, int side) noexcept {
-    return abs(sin_cos(now.theta[4 * side + 1]).sin) <= leaving_tuning::singular;
+    return abs(sin_cos(now.theta[4 * side + 1]).sin) <= LeavingTuning::singular;
 }
 /// Whether theta_2 or theta_6 is 0 or pi.
 inline bool is_singular(const Chain& now) noexcept { return is_singular(now, 0) || is_singular(now, 1); }
@@ -43,7 +45,7 @@ inline double singularity_sine(const Chain& now) noexcept {
 }
 /// Whether theta_2 or theta_6 is so near to 0 or pi that their neighbours move fast as psi changes.
 inline bool is_nearly_singular(const Chain& now) noexcept {
-    return singularity_sine(now) < leaving_tuning::nearly;
+    return singularity_sine(now) < LeavingTuning::nearly;
 }
 
 /// The greatest velocity of psi (rad/s) near a singularity. From it the joints can brake, with `share` of
@@ -61,8 +63,8 @@ inline double speed_near_singular(const Arm& arm, const SelfMotion<double>& m,
         along += velocity_now[j] * slope.q[j];
         square += slope.q[j] * slope.q[j];
     }
-    const double present = along / square, bend = min(singularity_sine(now), leaving_tuning::coarsest);
-    for (const double off : leaving_tuning::offs) {
+    const double present = along / square, bend = min(singularity_sine(now), LeavingTuning::coarsest);
+    for (const double off : LeavingTuning::offs) {
         const double by = off * bend;
         if (!(by < abs(way))) break;
         const SinCos<double> at = sin_cos(held + copysign(by, way));
@@ -97,11 +99,11 @@ namespace detail {
 /// How far (rad, at most pi) psi may move from `held` to one side (1 or -1) within the arcs; 0 if it may not.
 inline double room_on_side(const ArcSet& arcs, double held, double side) noexcept {
     if (arcs.full) return pi;
-    const Place place = find(arcs, held + side * leaving_tuning::off, 0.0);
+    const Place place = find(arcs, held + side * LeavingTuning::off, 0.0);
     if (place.index < 0) return 0.0;
     const Arc& arc = arcs.arc[place.index];
     const double way = side > 0 ? arc.upper - place.psi : place.psi - arc.lower;
-    return min(max(way, 0.0) + leaving_tuning::off, pi);
+    return min(max(way, 0.0) + LeavingTuning::off, pi);
 }
 
 /// The nearest configuration to one side (1 or -1) of `held`, at most `room` (rad) away, that is no longer
@@ -109,11 +111,11 @@ inline double room_on_side(const ArcSet& arcs, double held, double side) noexcep
 inline Joints posture_on_side(const Arm& arm, const SelfMotion<double>& m, const double* q, double held,
                               double side, double room, double& psi) noexcept {
     Joints out;
-    for (double off = leaving_tuning::off; off <= room; off *= 10.0) {
+    for (double off = LeavingTuning::off; off <= room; off *= 10.0) {
         psi = held + side * off;
         const Directions<double> d = directions(m, sin_cos(psi));
         out = joints_within_limits(arm, d, q);
-        if (min(abs(d.y[1]), abs(d.y[5])) > 10.0 * leaving_tuning::singular) return out;
+        if (min(abs(d.y[1]), abs(d.y[5])) > 10.0 * LeavingTuning::singular) return out;
     }
     psi = not_a_number;
     return out;
@@ -127,10 +129,10 @@ inline void offer_ways_on(const Arm& arm, const SelfMotion<double>& m, const Arc
                           double held, double wish, const double* q, Leaving& best) noexcept {
     for (const double side : {1.0, -1.0}) {
         const double room = detail::room_on_side(arcs, held, side);
-        if (!(room > leaving_tuning::off)) continue;
+        if (!(room > LeavingTuning::off)) continue;
         const double towards = side * wrap(wish - held);
         const double far = min(towards, room);  // beyond that the other side is shorter
-        if (!(far > leaving_tuning::off)) continue;
+        if (!(far > LeavingTuning::off)) continue;
         Leaving one;
         one.missed = towards - far;
         one.gc = index(m.gc);
@@ -147,8 +149,8 @@ inline void offer_ways_on(const Arm& arm, const SelfMotion<double>& m, const Arc
             const double end = q[last] + one.d[last];
             within &= end >= arm.limits.lower[last] && end <= arm.limits.upper[last];
         }
-        const bool nearer = one.missed < best.missed - leaving_tuning::off,
-                   shorter = one.missed <= best.missed + leaving_tuning::off && one.longest < best.longest;
+        const bool nearer = one.missed < best.missed - LeavingTuning::off,
+                   shorter = one.missed <= best.missed + LeavingTuning::off && one.longest < best.longest;
         if (within && (nearer || shorter)) best = one;
     }
 }

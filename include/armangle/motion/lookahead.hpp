@@ -120,15 +120,16 @@ private:
     }
 };
 
-namespace lookahead_tuning {
-inline constexpr double spacing = 0.35;  // rad: between two linked psi closer than this, all are linked
-inline constexpr int least = 3;          // least number of psi sampled inside an arc, however narrow
-inline constexpr int halvings = 12;      // bisections of the gap between a linked psi and one that is not
-inline constexpr double reserve =
-    0.01;  // share of a step kept in reserve, so that more than a point remains at the end of a tube
-inline constexpr double run_up =
-    0.5;  // the same with bounds on acceleration: the reserve to catch up after a late start
-}  // namespace lookahead_tuning
+/// Parameters of lookahead.
+struct LookaheadTuning {
+    static constexpr double spacing = 0.35;  // rad: between two linked psi closer than this, all are linked
+    static constexpr int least = 3;          // least number of psi sampled inside an arc, however narrow
+    static constexpr int halvings = 12;      // bisections of the gap between a linked psi and one that is not
+    static constexpr double reserve =
+        0.01;  // share of a step kept in reserve, so that more than a point remains at the end of a tube
+    static constexpr double run_up =
+        0.5;  // the same with bounds on acceleration: the reserve to catch up after a late start
+};
 
 namespace detail {
 
@@ -263,8 +264,8 @@ private:
     /// Adds values spread evenly over an arc, and the ends of `known` arcs and `doubtful` values in it.
     static void spread(const Arc& arc, const ArcSet& known, const Probes& doubtful, Probes& out) noexcept {
         const double width = arc.upper - arc.lower;
-        const int parts = 1 + static_cast<int>(max(double(lookahead_tuning::least),
-                                                   ceil(width / lookahead_tuning::spacing)));
+        const int parts =
+            1 + static_cast<int>(max(double(LookaheadTuning::least), ceil(width / LookaheadTuning::spacing)));
         for (int k = 0; k <= parts; ++k)
             out.add(k == parts ? arc.upper : arc.lower + width * k / parts, false);
         for (int i = 0; i < known.count; ++i)
@@ -277,7 +278,7 @@ private:
     double last_linked(double inside, double outside) const noexcept {
         const double first = inside + (outside - inside) * 0x1p-12;
         if (!linked(first)) return inside;
-        for (int k = 0; k < lookahead_tuning::halvings; ++k) {
+        for (int k = 0; k < LookaheadTuning::halvings; ++k) {
             const double middle = 0.5 * (inside + outside);
             (linked(middle) ? inside : outside) = middle;
         }
@@ -324,14 +325,14 @@ public:
           n_(n),
           allowed_(allowed),
           scenes_(scenes),
-          links_{view, {}, 1.0 - lookahead_tuning::reserve},
+          links_{view, {}, 1.0 - LookaheadTuning::reserve},
           section_(workspace),
           ahead_(ahead) {
         for (int i = 0; i < joints; ++i)
             links_.most[i] =
                 min(bounds ? bounds->velocity[i] * bounds->dt : infinity, largest_step) - tolerance::bound;
         for (int i = 0; bounds && i < joints; ++i)
-            if (bounds->acceleration[i] < infinity) links_.share = 1.0 - lookahead_tuning::run_up;
+            if (bounds->acceleration[i] < infinity) links_.share = 1.0 - LookaheadTuning::run_up;
     }
 
     /// The psi of pose i from which as many of the coming poses as possible can be reached, starting from q.
@@ -357,7 +358,7 @@ public:
         Section& here = section_[i - first_];
         ArcSet start;
         links_.reach(q, true, 1.0, here, here.tube, start);
-        const bool led_back = links_.share == 1.0 - lookahead_tuning::run_up && !here.tube.empty();
+        const bool led_back = links_.share == 1.0 - LookaheadTuning::run_up && !here.tube.empty();
         if (!start.empty() || led_back) return &here.tube;
         if (drawn) begin();
         if (plain_) return nullptr;

@@ -14,10 +14,11 @@
 
 namespace armangle {
 
-namespace approach_tuning {
-inline constexpr double braking = 0.6;  // share of the acceleration that an approach assumes
-inline constexpr double ticks = 3.0;    // an approach ends no faster than geometrically over so many steps
-}  // namespace approach_tuning
+/// Parameters of one step towards a configuration.
+struct PaceTuning {
+    static constexpr double braking = 0.6;  // share of the acceleration that an approach assumes
+    static constexpr double ticks = 3.0;  // an approach ends no faster than geometrically over so many steps
+};
 
 /// The factor k (1/s) of a velocity k d towards a goal d rad away, such that every joint can still stop
 /// there. Bounds in rad/s and rad/s^2, infinite if unbounded. Without acceleration bounds k may be 1 / dt.
@@ -29,8 +30,8 @@ inline double pace(const double (&d)[joints], double dt, const double* velocity,
         if (!(way > 0)) continue;
         k = min(k, velocity[j] / way);
         if (!(acceleration[j] < infinity)) continue;
-        k = min(k, 1.0 / (approach_tuning::ticks * dt));
-        k = min(k, sqrt(2.0 * approach_tuning::braking * acceleration[j] / way));
+        k = min(k, 1.0 / (PaceTuning::ticks * dt));
+        k = min(k, sqrt(2.0 * PaceTuning::braking * acceleration[j] / way));
     }
     return k;
 }

@@ -23,20 +23,22 @@
 
 namespace armangle {
 
-namespace step_tuning {
-inline constexpr double length = 0.2;  // m that count as one radian for the nearest pose if limits forbid all
-inline constexpr int halvings = 40;    // bisections of the way out of a blocked arc within the bounds
-inline constexpr double straight = 0.05;   // |sin| of theta_2, theta_4, theta_6 below which joints decide
-inline constexpr double stretched = 1e-5;  // bend (rad) below which the elbow has no side
-inline constexpr double sweep = 2.0;    // times the move to the nearby solution: permitted cost of carrying
-                                        // psi
-inline constexpr double calm = 0.15;    // ... up to this |sin| of theta_2, theta_6; more above it ...
-inline constexpr double awake = 0.21;   // ... and any cost from this one on
-inline constexpr double drift = 0.01;   // rad that a policy may move a joint there in addition; more above
-inline constexpr double shut = 0.25;    // ... and a whole step from this one on
-inline constexpr double turning = 0.3;  // share of the accelerations that slows psi near a hinge
-inline constexpr double far = 1.0;      // rad from a joint to its own branch: others may be nearer
-}  // namespace step_tuning
+/// Parameters of a step.
+struct StepTuning {
+    static constexpr double length =
+        0.2;  // m that count as one radian for the nearest pose if limits forbid all
+    static constexpr int halvings = 40;        // bisections of the way out of a blocked arc within the bounds
+    static constexpr double straight = 0.05;   // |sin| of theta_2, theta_4, theta_6 below which joints decide
+    static constexpr double stretched = 1e-5;  // bend (rad) below which the elbow has no side
+    static constexpr double sweep = 2.0;  // times the move to the nearby solution: permitted cost of carrying
+                                          // psi
+    static constexpr double calm = 0.15;  // ... up to this |sin| of theta_2, theta_6; more above it ...
+    static constexpr double awake = 0.21;  // ... and any cost from this one on
+    static constexpr double drift = 0.01;  // rad that a policy may move a joint there in addition; more above
+    static constexpr double shut = 0.25;   // ... and a whole step from this one on
+    static constexpr double turning = 0.3;  // share of the accelerations that slows psi near a hinge
+    static constexpr double far = 1.0;      // rad from a joint to its own branch: others may be nearer
+};
 
 namespace detail {
 
@@ -90,7 +92,7 @@ inline SelfMotion<double> motion_from(const Arm& arm, const double* q_now, const
     Configuration<double> branch = gc < 0 ? configuration(arm, now.theta) : configuration(gc);
     const SelfMotion<double> own = self_motion(arm, pose, branch);
     const double bent = elbow_bend(arm, q_now[3]);
-    if (gc >= 0 || !(abs(bent) <= step_tuning::straight)) [[likely]]
+    if (gc >= 0 || !(abs(bent) <= StepTuning::straight)) [[likely]]
         return own;
     branch.elbow = -branch.elbow;
     const SelfMotion<double> other = self_motion(arm, pose, branch);
@@ -226,7 +228,7 @@ inline double singularity_sine(double theta_2, double theta_6) noexcept {
 inline bool may_sweep(double sine, const StepOptions& options) noexcept {
     const Rule rule = options.policy.rule;
     const bool asked = rule != Rule::repulsion && !(rule == Rule::hold && options.carry == Carry::elbow);
-    return sine <= step_tuning::shut && !asked;
+    return sine <= StepTuning::shut && !asked;
 }
 
 /// Whether the straight joint motion to a configuration of another branch keeps the end effector near its
@@ -238,24 +240,24 @@ bool passes(const AnyArm& arm, const double* q_now, const double* q) noexcept {
     const Pose<double> here = tool_pose(arm, q_now);
     const Twist way = difference(here, tool_pose(arm, q));
     const Twist off = difference(moved_by(here, way * 0.5), tool_pose(arm, middle));
-    return size(off, step_tuning::length) <= size(way, step_tuning::length) + tolerance::angle;
+    return size(off, StepTuning::length) <= size(way, StepTuning::length) + tolerance::angle;
 }
 
 /// How far (rad) joints may move near theta_2 = 0 or theta_6 = 0 if psi is carried, while the nearest
 /// solution is `least` rad away. The value grows with the |sin| `sine` of that joint and is infinite above a
 /// threshold.
 inline double damped_move(double sine, double least) noexcept {
-    if (sine >= step_tuning::awake) return infinity;
-    const double share = (sine - step_tuning::calm) / (step_tuning::awake - step_tuning::calm);
-    return step_tuning::sweep * least / (1.0 - max(share, 0.0)) + tolerance::angle;
+    if (sine >= StepTuning::awake) return infinity;
+    const double share = (sine - StepTuning::calm) / (StepTuning::awake - StepTuning::calm);
+    return StepTuning::sweep * least / (1.0 - max(share, 0.0)) + tolerance::angle;
 }
 
 /// How far (rad) a policy may move joints in addition near theta_2 = 0 or theta_6 = 0, at most one step. It
 /// grows with the |sin| `sine`, so that a suspended policy catches up in many steps.
 inline double damped_drift(double sine, double longest) noexcept {
-    const double share = (sine - step_tuning::calm) / (step_tuning::shut - step_tuning::calm);
-    const double growth = max(longest / step_tuning::drift, 1.0);
-    return step_tuning::drift * std::pow(growth, min(max(share, 0.0), 1.0));
+    const double share = (sine - StepTuning::calm) / (StepTuning::shut - StepTuning::calm);
+    const double growth = max(longest / StepTuning::drift, 1.0);
+    return StepTuning::drift * std::pow(growth, min(max(share, 0.0), 1.0));
 }
 
 /// Whether the policy has a goal for psi (a target or the middle), and theta_2 = 0 or theta_6 = 0 must be
@@ -350,7 +352,7 @@ private:
         const BoundedStep step = bounded(own);
         const double carried = largest_move(step.at(psi).q, q_now_);
         double least = 0;
-        if (sine < step_tuning::awake) {
+        if (sine < StepTuning::awake) {
             const int side = index(own.motion->gc) & 2;
             Status why = Status::OK;
             if (!solve_from(now_.theta[3], pose, side, why, out)) return false;
@@ -360,7 +362,7 @@ private:
             if (carried > damped_move(sine, least)) return true;
         }
         const double most =
-            max(step_tuning::sweep * least, carried) + damped_drift(sine, options_.max_joint_step);
+            max(StepTuning::sweep * least, carried) + damped_drift(sine, options_.max_joint_step);
         if (largest_move(step.at(own.wish).q, q_now_) <= most) return false;
         StepOptions slower = options_;
         slower.max_joint_step = min(options_.max_joint_step, most);
@@ -372,7 +374,7 @@ private:
     /// Writes a step to `out` that keeps the present joints, if they solve the pose; otherwise false. Near a
     /// singularity psi may have too few digits for the usual check.
     bool stand(const Pose<double>& pose, Step& out) const noexcept {
-        const double length = arm_.size, most = local_solve_tuning::meets * length;
+        const double length = arm_.size, most = LocalSolveTuning::meets * length;
         if (!(arm_.upper_arm > 0 && arm_.forearm > 0)) return false;  // such an arm has no elbow
         if (limits_.margin > 0 || !(limit_margin(arm_.limits, q_now_) >= -tolerance::angle)) return false;
         if (!(size(difference(user_pose(arm_, now_.flange), pose), length) <= most)) return false;
@@ -390,7 +392,7 @@ private:
     bool leave(const Pose<double>& pose, double psi, Step& out) const noexcept {
         if (!may_leave(now_, options_.policy)) return false;
         const Twist off = difference(user_pose(arm_, now_.flange), pose);
-        if (!(size(off, step_tuning::length) <= tolerance::angle)) return false;
+        if (!(size(off, StepTuning::length) <= tolerance::angle)) return false;
         Leaving way;
         double missed = infinity;  // without flip
         for (int flip = 0; flip < 4; ++flip) {
@@ -405,7 +407,7 @@ private:
             missed = min(missed, abs(wrap(wish - psi)));
             offer_ways_on(arm_, parts.motion, *b.kept, now_, psi, wish, q_now_, way);
         }
-        if (way.gc < 0 || !(way.missed < missed - leaving_tuning::off)) return false;
+        if (way.gc < 0 || !(way.missed < missed - LeavingTuning::off)) return false;
         const auto take = [&](const double* q) {
             const bool is_step =
                 largest_move(q, q_now_) <= options_.max_joint_step &&
@@ -595,7 +597,7 @@ private:
         const double way = wrap(wish - psi);
         const double speed =
             speed_near_singular(arm_, *b.motion, *b.functions, now_, psi, way, q_now_, bounds_.velocity_now,
-                                bounds_.velocity, bounds_.acceleration, step_tuning::turning);
+                                bounds_.velocity, bounds_.acceleration, StepTuning::turning);
         return psi + copysign(min(abs(way), speed * bounds_.dt), way);
     }
 
@@ -609,12 +611,12 @@ private:
         const double straight = arm_.delta_angle;
         double bend = abs(std::sin(now_.theta[3] - straight));
         for (const int j : hinge_joint) bend = min(bend, abs(std::sin(now_.theta[j])));
-        if (!limits || limits_.margin > 0 || bend > step_tuning::straight) return false;
+        if (!limits || limits_.margin > 0 || bend > StepTuning::straight) return false;
         // a stretched elbow does not bend by itself: start from the pose's theta_4; either side is allowed
         const SinCos<double>& bent = branch_[0].motion->elbow.theta_4;
         const double theta_4 = atan2(bent.sin, bent.cos);
         const int side = index(configuration(arm_, now_.theta)) & 2;
-        const bool either = abs(std::sin(now_.theta[3] - straight)) <= step_tuning::stretched;
+        const bool either = abs(std::sin(now_.theta[3] - straight)) <= StepTuning::stretched;
         return solve_from(theta_4, pose, either ? -1 : side, why, out) ||
                (either && solve_from(2 * straight - theta_4, pose, -1, why, out));
     }
@@ -636,7 +638,7 @@ private:
         Relaxed at{start, infinity};
         for (const double q_4 : {lift(to_q(arm_, 3, theta_4), q_now_[3]), q_now_[3]}) {
             if (meets(arm_, at)) break;
-            int rounds = local_solve_tuning::rounds;
+            int rounds = LocalSolveTuning::rounds;
             start.q[3] = q_4;
             at = solve_locally(arm_, box, start, pose, {}, 0.0, rounds);
         }
@@ -679,7 +681,7 @@ private:
         for (const double w : {way[swap], way[!swap]}) {
             if (!(abs(w) < infinity)) continue;
             double low = 0, high = 1;  // shares of the way within the bounds
-            for (int k = 0; k < step_tuning::halvings; ++k) {
+            for (int k = 0; k < StepTuning::halvings; ++k) {
                 const double middle = 0.5 * (low + high);
                 (step.keeps(now.psi + middle * w) ? low : high) = middle;
             }
@@ -749,10 +751,10 @@ private:
         if (own.status != Status::OK) return least < infinity;
         // near a hinge at 0 an arc may hold psi only by rounding, with joints beyond a limit
         const bool within = limit_margin(arm_.limits, to.q) >= -tolerance::angle;
-        if (within && contains(*own.arcs, psi) && !(least > step_tuning::far)) return true;
+        if (within && contains(*own.arcs, psi) && !(least > StepTuning::far)) return true;
         Nearest found = nearest_of(pose, 1u << index(own.motion->gc));
         const bool may_change = options_.gc < 0 && !(limits_.margin > 0);
-        if (may_change && !(largest_move(found.q, q_now_) <= step_tuning::far))
+        if (may_change && !(largest_move(found.q, q_now_) <= StepTuning::far))
             found = nearest_of(pose, this_side());
         for (int j = 0; j < joint_slots && is_solved(found.status); ++j) to.q[j] = found.q[j];
         return true;
@@ -803,7 +805,7 @@ private:
         start.q[joints] = 0;
         const double roll = arm_.roll_free ? roll_towards(user_pose(arm_, now_.flange), pose) : 0.0;
         const Pose<double> asked = arm_.roll_free ? turned_about_z(pose, sin_cos(roll)) : pose;
-        const Joints to = relaxed(arm_, side, start, asked, step_tuning::length).at;
+        const Joints to = relaxed(arm_, side, start, asked, StepTuning::length).at;
         double way[joints];
         for (int j = 0; j < joints; ++j) way[j] = to.q[j] - q_now_[j];
         if (arm_.roll_free) way[joints - 1] = 0.0;

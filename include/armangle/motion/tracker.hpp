@@ -97,18 +97,17 @@ public:
         const double time = seconds(dt);
         choice_.rested += time;
         if (turning_to_ < 0) idle_ += time;
-        const bool met = distance <= tracker_tuning::exact && closest_ > 0;
-        const bool nearer = distance < closest_ - tracker_tuning::gain ||
-                            distance < (1.0 - tracker_tuning::progress) * closest_;
+        const bool met = distance <= TrackerTuning::exact && closest_ > 0;
+        const bool nearer = distance < closest_ - TrackerTuning::gain ||
+                            distance < (1.0 - TrackerTuning::progress) * closest_;
         if (met || nearer) {
             closest_ = met ? 0.0 : distance;
             idle_ = 0;
         }
         const bool busy = asked_ || (options_.scene && turning_to_ >= 0);
-        if (distance <= tracker_tuning::exact || busy || choice_.rested < tracker_tuning::patience) return;
+        if (distance <= TrackerTuning::exact || busy || choice_.rested < TrackerTuning::patience) return;
         if (choice_.state == RestingChoice::open) ask_next_branch();
-        const bool holds = goal_why_ == static_cast<int>(Status::OK),
-                   idle = idle_ >= tracker_tuning::patience;
+        const bool holds = goal_why_ == static_cast<int>(Status::OK), idle = idle_ >= TrackerTuning::patience;
         if (choice_.state == RestingChoice::found && (!holds || idle)) take_choice();
         if (choice_.state == RestingChoice::none && idle && !arrived_ && !given_up_ && !options_.scene) {
             choice_.at = goal_at_;  // no branch has a solution: the nearest that was found
@@ -123,7 +122,7 @@ public:
     /// that.
     NearestPair nearest_pair(double reach) const noexcept {
         NearestPair out = nearest_pair_of_body(reach);
-        out.room += straight_move_tuning::rounded;
+        out.room += StraightMoveTuning::rounded;
         return out;
     }
 
@@ -144,8 +143,8 @@ protected:
         t.gc = branch(t.now);
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         see(command);
-        t.there = size(difference(user_pose(arm_, t.now.flange), wanted_), options_.length) <=
-                  tracker_tuning::exact;
+        t.there =
+            size(difference(user_pose(arm_, t.now.flange), wanted_), options_.length) <= TrackerTuning::exact;
         t.rests = t.there && is_singular(t.now);
         if (command.reconfigure >= 0 && command.reconfigure < configurations &&
             command.reconfigure != index(t.gc)) {
@@ -238,7 +237,7 @@ private:
     void note_target_motion(const Tick& t) noexcept {
         const Towards hint = t.elbow ? *t.elbow : Towards{};
         const double speed = size(hand_.velocity(), options_.length), moved = distance_to_target(before_);
-        fixed_ = max(speed, moved) <= tracker_tuning::exact && norm(hint.target - hinted_.target) == 0 &&
+        fixed_ = max(speed, moved) <= TrackerTuning::exact && norm(hint.target - hinted_.target) == 0 &&
                  hint.wish == hinted_.wish;
         hinted_ = hint;
         before_ = hand_.pose();
@@ -246,12 +245,12 @@ private:
         if (!fixed_) {
             closest_ = infinity;
             idle_ = 0;
-            const int home = moved > tracker_tuning::exact ? own_branch(t) : choice_.home;
+            const int home = moved > TrackerTuning::exact ? own_branch(t) : choice_.home;
             choice_ = {};
             choice_.home = home;
         }
-        if (tried_ > 0 && distance_to_target(tried_for_) > tracker_tuning::lively) tried_ = 0;
-        if (waypoint_count_ == 0 || !(distance_to_target(detour_target_) > tracker_tuning::strayed)) return;
+        if (tried_ > 0 && distance_to_target(tried_for_) > TrackerTuning::lively) tried_ = 0;
+        if (waypoint_count_ == 0 || !(distance_to_target(detour_target_) > TrackerTuning::strayed)) return;
         if (asked_) {
             waypoint_count_ = 0;
         } else {
@@ -264,8 +263,8 @@ private:
     bool holds_hand(const Tick& t, Goal& goal) noexcept {
         if (!within(t, circle(arm_, flange_pose(arm_, wanted_)), options_.still_margin, goal)) return false;
         const double q_4 = goal.at.q[3];
-        return q_4 >= arm_.limits.lower[3] - tracker_tuning::outside &&
-               q_4 <= arm_.limits.upper[3] + tracker_tuning::outside;
+        return q_4 >= arm_.limits.lower[3] - TrackerTuning::outside &&
+               q_4 <= arm_.limits.upper[3] + TrackerTuning::outside;
     }
 
     /// Whether the requested branch reaches the target, or comes as near as the arm's own branch.
@@ -275,7 +274,7 @@ private:
         if (!(there.gap > 0)) return true;
         const int to = turning_to_;
         turning_to_ = -1;
-        const bool nearer = holds_hand(t, here) && here.gap < there.gap - tracker_tuning::exact;
+        const bool nearer = holds_hand(t, here) && here.gap < there.gap - TrackerTuning::exact;
         turning_to_ = to;
         return !nearer;
     }
@@ -333,7 +332,7 @@ private:
     /// impossible.
     void go_on(const Tick& t, int j, double v) noexcept {
         const double wanted = min(max(v, t.lower[j]), t.upper[j]);
-        if (bound_[j].has_jerk() && abs(wanted - v) * t.dt <= tracker_tuning::rounding) v = wanted;
+        if (bound_[j].has_jerk() && abs(wanted - v) * t.dt <= TrackerTuning::rounding) v = wanted;
         a_[j] = (v - v_[j]) / t.dt;
         v_[j] = v;
     }
@@ -351,10 +350,10 @@ private:
             q_.q[j] = out.q[j] = to;
             out.velocity[j] = v;
             go_on(t, j, v);
-            fastest |= abs(v_[j]) >= options_.velocity[j] * (1.0 - tracker_tuning::exact);
+            fastest |= abs(v_[j]) >= options_.velocity[j] * (1.0 - TrackerTuning::exact);
         }
         const double bend = detail::elbow_bend(arm_, q_.q[3]);
-        if (abs(bend) > tracker_tuning::level) side_ = bend < 0 ? -1.0 : 1.0;
+        if (abs(bend) > TrackerTuning::level) side_ = bend < 0 ? -1.0 : 1.0;
         if (bent() >= options_.still_margin) least_bend_ = options_.still_margin;
         const Chain now = chain(arm_, q_.q);
         const Pose<double> tool = user_pose(arm_, now.flange);
@@ -363,16 +362,16 @@ private:
         const Triad<double> on = triad(arm_, flange_pose(arm_, tool));
         out.psi = arm_angle(on, now.z3);
         out.gc = index(configuration(arm_, now.theta));
-        out.status = out.distance <= tracker_tuning::exact ? Tracking::FOLLOWING : Tracking::LAGGING;
+        out.status = out.distance <= TrackerTuning::exact ? Tracking::FOLLOWING : Tracking::LAGGING;
         out.why = out.status == Tracking::FOLLOWING ? Status::OK : goal.why;
         if (out.status == Tracking::LAGGING && goal.why != Status::OK) out.status = Tracking::NEAREST;
         if (out.status == Tracking::LAGGING)
             out.why = fastest ? Status::VELOCITY_LIMIT : Status::ACCELERATION_LIMIT;
         const Tag met = t.guard ? t.guard->blocking() : 0;
         if (out.status == Tracking::LAGGING && met) out.why = Status::CLEARANCE;
-        const bool waits = met && waited_ >= tracker_tuning::patience;  // a way may still be found
+        const bool waits = met && waited_ >= TrackerTuning::patience;  // a way may still be found
         const bool ended =
-            given_up_ || waits || (detours_exhausted() && stalled_for_ >= tracker_tuning::stall);
+            given_up_ || waits || (detours_exhausted() && stalled_for_ >= TrackerTuning::stall);
         if (out.status == Tracking::LAGGING && ended) {
             out.status = Tracking::NEAREST;
             out.why = met || barred_ ? Status::CLEARANCE : Status::LIMITS;
@@ -455,7 +454,7 @@ private:
     /// See TrackerLoop::proven_share.
     double proven_share(const double (&d)[joints]) const noexcept override {
         Tag pair = 0;
-        return StraightMove(body_, *about_).proven(q_.q, d, pair, straight_move_tuning::many_looks);
+        return StraightMove(body_, *about_).proven(q_.q, d, pair, StraightMoveTuning::many_looks);
     }
     /// See TrackerLoop::solution_at_rest.
     Nearest solution_at_rest(const Limits& limits, const Pose<double>& target, int gc,
@@ -463,7 +462,7 @@ private:
         std::optional<Scene> around;
         if (about_) {
             around = *about_;
-            around->clearance += guard_tuning::standoff;
+            around->clearance += GuardTuning::standoff;
         }
         return resting_solution(body_, limits, around ? &*around : nullptr, target, gc, options);
     }

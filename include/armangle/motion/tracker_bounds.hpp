@@ -25,7 +25,7 @@ protected:
         }
         Limits soft = arm.limits;
         for (int j = 0; j < joints; ++j) {
-            const double room = min(tracker_tuning::soft, 0.1 * (soft.upper[j] - soft.lower[j]));
+            const double room = min(TrackerTuning::soft, 0.1 * (soft.upper[j] - soft.lower[j]));
             soft.lower[j] += room;
             soft.upper[j] -= room;
         }
@@ -33,8 +33,8 @@ protected:
         clear_ = limit_table(arm, soft, options.singularity_margin);
         if (options.scene) {
             kept_ = soft_ = *options.scene;
-            kept_.clearance += guard_tuning::standoff;
-            soft_.clearance += max(options.soft_clearance, guard_tuning::standoff);
+            kept_.clearance += GuardTuning::standoff;
+            soft_.clearance += max(options.soft_clearance, GuardTuning::standoff);
         }
     }
 
@@ -58,8 +58,8 @@ protected:
     /// there: no motion across the limit exists.
     static Limits parted(Limits limits) noexcept {
         for (int j = 0; j < joints; ++j) {
-            const double over = limits.upper[j] - limits.lower[j] - two_pi + tracker_tuning::seam;
-            if (!(over > 0 && over <= 2.0 * tracker_tuning::seam)) continue;
+            const double over = limits.upper[j] - limits.lower[j] - two_pi + TrackerTuning::seam;
+            if (!(over > 0 && over <= 2.0 * TrackerTuning::seam)) continue;
             limits.lower[j] += 0.5 * over;
             limits.upper[j] -= 0.5 * over;
         }
@@ -87,8 +87,7 @@ protected:
         const double above = arm_.limits.upper[3] - straight, below = straight - arm_.limits.lower[3];
         const bool up = arm_.sign[3] * own > 0;
         const double room = up ? above : below, other = up ? below : above;
-        return abs(bend) <= tracker_tuning::level && room < tracker_tuning::scant && room < other ? -own
-                                                                                                  : own;
+        return abs(bend) <= TrackerTuning::level && room < TrackerTuning::scant && room < other ? -own : own;
     }
 
     /// The bend (rad) from the stretched arm that joint 4 must keep from now on. It is smaller than the
@@ -125,7 +124,7 @@ protected:
                 continue;
             }
             const double a = options_.acceleration[j], most = options_.velocity[j];
-            const double change = max(a * t.dt - tracker_tuning::rounding / t.dt, 0.0);
+            const double change = max(a * t.dt - TrackerTuning::rounding / t.dt, 0.0);
             const double down = fastest(q_.q[j] - limits.lower[j], a, t.dt),
                          up = fastest(limits.upper[j] - q_.q[j], a, t.dt);
             t.lower[j] = max(-min(most, down), v_[j] - change);
@@ -154,11 +153,11 @@ protected:
         upper = max(min(upper, fastest_easing(b, v, dt)), lower);
         lower = min(max(lower, -fastest_easing(b, -v, dt)), upper);
         const auto fastest_up = [&](double room) {
-            const double way = max(room - tracker_tuning::rounding, detail::stopping(b, v, a).way);
+            const double way = max(room - TrackerTuning::rounding, detail::stopping(b, v, a).way);
             return fastest_stopping(b, v, way, dt, lower, upper);
         };
         const auto fastest_down = [&](double room) {
-            const double way = max(room - tracker_tuning::rounding, detail::stopping(b, -v, -a).way);
+            const double way = max(room - TrackerTuning::rounding, detail::stopping(b, -v, -a).way);
             return -fastest_stopping(b, -v, way, dt, -upper, -lower);
         };
         const double down = fastest_down(q_.q[j] - t.limits.lower[j]),
@@ -206,11 +205,11 @@ protected:
     /// The factor k (1/s) such that velocities k d, with d (rad) the way to go of each joint, let all joints
     /// brake in time.
     Pace pace(const double (&d)[joints], double dt) const noexcept {
-        Pace out{1.0 / (tracker_tuning::ticks * dt), 1.0};
+        Pace out{1.0 / (TrackerTuning::ticks * dt), 1.0};
         for (int j = 0; j < joints; ++j) {
             const double way = abs(d[j]);
             if (!(way > 0)) continue;
-            brake(out, j, way, tracker_tuning::braking * options_.acceleration[j]);
+            brake(out, j, way, TrackerTuning::braking * options_.acceleration[j]);
             out.at_most(options_.velocity[j] / way, 0.0);
         }
         return out;
@@ -222,11 +221,11 @@ protected:
     /// (rad/s^2) changes the deceleration that is available.
     Pace pace(const double (&d)[joints], const double (&gain)[joints], double share,
               double dt) const noexcept {
-        Pace out{1.0 / (tracker_tuning::ticks * dt), 1.0};
+        Pace out{1.0 / (TrackerTuning::ticks * dt), 1.0};
         for (int j = 0; j < joints; ++j) {
             const double way = abs(d[j]), a = options_.acceleration[j], v = options_.velocity[j];
             const double away = d[j] > 0 ? gain[j] : -gain[j];
-            const double hard = min(max(share * a + away, tracker_tuning::assured * a), a);
+            const double hard = min(max(share * a + away, TrackerTuning::assured * a), a);
             if (way > 0 && 2.0 * hard * way < v * v) brake(out, j, way, hard);
         }
         return out;
@@ -237,7 +236,7 @@ protected:
     void brake(Pace& out, int j, double way, double hard) const noexcept {
         out.at_most(sqrt(2.0 * hard / way), 0.5);
         if (bound_[j].has_jerk())
-            out.at_most(std::cbrt(tracker_tuning::braking * bound_[j].jerk / way), 2.0 / 3.0);
+            out.at_most(std::cbrt(TrackerTuning::braking * bound_[j].jerk / way), 2.0 / 3.0);
     }
 
     /// Whether no joint moved in the previous cycle.

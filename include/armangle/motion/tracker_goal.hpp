@@ -79,11 +79,11 @@ protected:
     bool nearby_is_as_close(const Tick& t, const Circle<double>& c, const Goal& goal) const noexcept {
         if (!(goal.gap > 0) || turning_to_ >= 0 || goal.blocked != Status::OK) return false;
         const ReachShell all = reach_shell(arm_, kept_on(side_, 0.0));
-        if (max(c.distance - all.outer, all.inner - c.distance) > tracker_tuning::worth) return false;
-        if (farthest_move(goal.at) <= tracker_tuning::remote) return false;
-        const Relaxed beside = relaxed(arm_, t.limits, q_, wanted_, options_.length, tracker_tuning::rounds);
+        if (max(c.distance - all.outer, all.inner - c.distance) > TrackerTuning::worth) return false;
+        if (farthest_move(goal.at) <= TrackerTuning::remote) return false;
+        const Relaxed beside = relaxed(arm_, t.limits, q_, wanted_, options_.length, TrackerTuning::rounds);
         return beside.distance <=
-               size(difference(goal.pose, wanted_), options_.length) + tracker_tuning::worth;
+               size(difference(goal.pose, wanted_), options_.length) + TrackerTuning::worth;
     }
 
     /// If theta_2 or theta_6 is 0 and the end effector at the target, makes it the goal and writes joints to
@@ -106,7 +106,7 @@ protected:
         Joints wanted = q_;
         for (int j = 0; j < joints; ++j) wanted.q[j] += min(max(share * way.d[j], lower[j]), upper[j]);
         const Pose<double> there = user_pose(arm_, chain(arm_, wanted.q).flange);
-        return size(difference(there, wanted_), options_.length) <= tracker_tuning::exact &&
+        return size(difference(there, wanted_), options_.length) <= TrackerTuning::exact &&
                taken(t, wanted.q, next);
     }
 
@@ -132,14 +132,14 @@ protected:
             missed = min(missed, abs(way));
             offer_ways_on(arm_, m, arcs, t.now, held, held + way, q_.q, best);
         }
-        return best.missed < missed - tracker_tuning::led ? best : Leaving{};
+        return best.missed < missed - TrackerTuning::led ? best : Leaving{};
     }
 
     /// Whether theta_2 or theta_6 is nearly 0 and psi has no target. There the neighbouring joints move far
     /// while psi hardly changes.
     bool is_near_singular(const Tick& t) const noexcept {
         const double bend = min(abs(sin_cos(t.now.theta[1]).sin), abs(sin_cos(t.now.theta[5]).sin));
-        return bend <= tracker_tuning::shut && !t.elbow && turning_to_ < 0;
+        return bend <= TrackerTuning::shut && !t.elbow && turning_to_ < 0;
     }
 
     /// Replaces the goal's configuration by the solution of its pose next to the present joints. False,
@@ -150,11 +150,11 @@ protected:
             near.weight[j] = 1.0;
             near.near[j] = q_.q[j];
         }
-        int rounds = local_solve_tuning::rounds;
-        const double share = local_solve_tuning::share * arm_.size * arm_.size;
+        int rounds = LocalSolveTuning::rounds;
+        const double share = LocalSolveTuning::share * arm_.size * arm_.size;
         const Relaxed about = solve_locally(arm_, t.limits, q_, goal.pose, near, share, rounds);
         const Relaxed found = solve_locally(arm_, t.limits, about.at, goal.pose, near, 0.0, rounds);
-        if (!meets(arm_, found) || limit_margin(arm_.limits, joint_lanes(found.at.q)) < tracker_tuning::roomy)
+        if (!meets(arm_, found) || limit_margin(arm_.limits, joint_lanes(found.at.q)) < TrackerTuning::roomy)
             return false;
         const Chain there = chain(arm_, found.at.q);
         goal.at = found.at;
@@ -184,13 +184,13 @@ protected:
             arm_.base.rotation * from_base + arm_.base.position - wanted_.position;
         const Vec3<double> speed =
             arm_.base_inverse.rotation * (hand.linear + cross(hand.angular, arm_to_hand));
-        wrist_speed_ = wrist_speed_ + (speed - wrist_speed_) * -std::expm1(-t.dt / tracker_tuning::trembling);
-        const double share = min(norm(wrist_speed_) / tracker_tuning::fast, 1.0);
+        wrist_speed_ = wrist_speed_ + (speed - wrist_speed_) * -std::expm1(-t.dt / TrackerTuning::trembling);
+        const double share = min(norm(wrist_speed_) / TrackerTuning::fast, 1.0);
         const double wanted =
             options_.still_margin + share * max(options_.elbow_margin - options_.still_margin, 0.0);
-        const double lasting = wanted > margin_ ? tracker_tuning::growing : tracker_tuning::shrinking;
+        const double lasting = wanted > margin_ ? TrackerTuning::growing : TrackerTuning::shrinking;
         margin_ += (wanted - margin_) * -std::expm1(-t.dt / lasting);
-        if (abs(wanted - margin_) < tracker_tuning::negligible) margin_ = wanted;
+        if (abs(wanted - margin_) < TrackerTuning::negligible) margin_ = wanted;
         ahead_ = bend_ahead(arm_, wrist, wrist_speed_, side_ * arm_.sign[3] * v_[3], options_.velocity[3],
                             options_.acceleration[3]);
     }
@@ -214,8 +214,8 @@ protected:
             if (turning_to_ >= 0) return offer(t, c, configuration(turning_to_), avoid, least, goal);
             if (arrived_ && fixed_) offer(t, c, t.gc, avoid, least, goal);
             if (least < infinity) return;
-            const bool shoulder = abs(wrap(t.now.theta[1])) < tracker_tuning::crossing,
-                       wrist = abs(wrap(t.now.theta[5])) < tracker_tuning::crossing;
+            const bool shoulder = abs(wrap(t.now.theta[1])) < TrackerTuning::crossing,
+                       wrist = abs(wrap(t.now.theta[5])) < TrackerTuning::crossing;
             for (int flip = 0; flip < 4; ++flip) {
                 if ((flip & 1 && !shoulder) || (flip & 2 && !wrist)) continue;
                 Configuration<double> gc = t.gc;
@@ -245,8 +245,7 @@ protected:
         const double psi = choose_psi(t, m, avoid, goal);
         if (is_nan(psi)) return;
         const Joints at = joints_within_limits(arm_, directions(m, sin_cos(psi)), q_.q);
-        if (!within_limits(arm_.limits, at.q, tracker_tuning::beyond))
-            return;  // at hinge 0 psi is inaccurate
+        if (!within_limits(arm_.limits, at.q, TrackerTuning::beyond)) return;  // at hinge 0 psi is inaccurate
         double cost = 0;
         for (int j = 0; j < joints; ++j) cost += (at.q[j] - q_.q[j]) * (at.q[j] - q_.q[j]);
         if (!(cost < least)) return;
@@ -295,7 +294,7 @@ protected:
     /// A factor that falls from 1 to 0 as theta_2 or theta_6 comes near 0 or pi, where psi is left as it is.
     static double regular(const Tick& t) noexcept {
         const double sine = min(abs(sin_cos(t.now.theta[1]).sin), abs(sin_cos(t.now.theta[5]).sin));
-        const double share = min(sine / tracker_tuning::irregular, 1.0);
+        const double share = min(sine / TrackerTuning::irregular, 1.0);
         return share * share;
     }
 
@@ -315,9 +314,9 @@ protected:
     /// The psi near the given one whose joints will be far from their limits at the predicted target.
     double foreseen(const SelfMotion<double>& m, double psi) const noexcept {
         const Twist hand = target_velocity();
-        if (turning_to_ >= 0 || size(hand, options_.length) * tracker_tuning::preview < tolerance::angle)
+        if (turning_to_ >= 0 || size(hand, options_.length) * TrackerTuning::preview < tolerance::angle)
             return psi;
-        const Pose<double> there = moved_by(wanted_, hand * tracker_tuning::preview);
+        const Pose<double> there = moved_by(wanted_, hand * TrackerTuning::preview);
         const SelfMotion<double> ahead = self_motion(arm_, circle(arm_, flange_pose(arm_, there)), m.gc);
         if (is_folded(ahead.circle) || is_unreachable(ahead.circle)) return psi;
         const auto axis = [](const Triad<double>& on, double angle) {
@@ -340,7 +339,7 @@ protected:
         Joints from = before;
         double least = detail::distance(arm_, before.q, wanted, options_.length, rest);
         if (relaxing_) {
-            least -= tracker_tuning::worth;
+            least -= TrackerTuning::worth;
             const double here = detail::distance(arm_, q_.q, wanted, options_.length, rest);
             if (here < least) {
                 least = here;
@@ -348,8 +347,8 @@ protected:
             }
         }
         const SelfMotion<double> m = self_motion(arm_, circle(arm_, flange_pose(arm_, goal.pose)), t.gc);
-        for (int i = 0; i < tracker_tuning::starts; ++i) {
-            const SinCos<double> at = sin_cos(two_pi / tracker_tuning::starts * i);
+        for (int i = 0; i < TrackerTuning::starts; ++i) {
+            const SinCos<double> at = sin_cos(two_pi / TrackerTuning::starts * i);
             Joints one = joints_within_limits(arm_, directions(m, at), q_.q);
             for (int j = 0; j < joints; ++j) one.q[j] = min(max(one.q[j], limits.lower[j]), limits.upper[j]);
             const double off = detail::distance(arm_, one.q, wanted, options_.length, rest);
@@ -357,10 +356,10 @@ protected:
             least = off;
             from = one;
         }
-        const Relaxed found = relaxed(arm_, limits, from, wanted, options_.length, tracker_tuning::rounds);
+        const Relaxed found = relaxed(arm_, limits, from, wanted, options_.length, TrackerTuning::rounds);
         const double here = detail::distance(arm_, q_.q, wanted, options_.length, rest),
                      way = farthest_move(found.at);
-        const bool pays = way <= tracker_tuning::near || here - found.distance > tracker_tuning::pays * way;
+        const bool pays = way <= TrackerTuning::near || here - found.distance > TrackerTuning::pays * way;
         relaxed_ = pays ? found.at : q_;
         relaxing_ = true;
         goal.at = relaxed_;
@@ -434,22 +433,22 @@ protected:
         double most = infinity, hardest = infinity, jerk = infinity;
         for (int j = 0; j < joints; ++j) {
             most = min(most, 0.5 * options_.velocity[j] / abs(slope.q[j]));
-            hardest = min(hardest, tracker_tuning::turning * options_.acceleration[j] / abs(slope.q[j]));
-            jerk = min(jerk, tracker_tuning::turning * options_.jerk[j] / abs(slope.q[j]));
+            hardest = min(hardest, TrackerTuning::turning * options_.acceleration[j] / abs(slope.q[j]));
+            jerk = min(jerk, TrackerTuning::turning * options_.jerk[j] / abs(slope.q[j]));
         }
         double speed = min(most, sqrt(2.0 * hardest * abs(way)));
         if (jerk < infinity) speed = min(speed, std::cbrt(jerk * way * way));
         if (t.elbow || is_nearly_singular(t.now))
             speed = min(speed, speed_near_singular(arm_, m, f, t.now, held, way, q_.q, v_, options_.velocity,
-                                                   options_.acceleration, tracker_tuning::turning));
-        return held + copysign(min(abs(way) / tracker_tuning::ticks, speed * t.dt), way);
+                                                   options_.acceleration, TrackerTuning::turning));
+        return held + copysign(min(abs(way) / TrackerTuning::ticks, speed * t.dt), way);
     }
 
     /// Whether the bounds permit these joints next. Violations by rounding alone are corrected in `next`.
     bool taken(const Tick& t, const double* wanted, Joints& next) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const double move = wanted[j] - q_.q[j], least = t.lower[j] * t.dt, most = t.upper[j] * t.dt;
-            if (!(move >= least - tracker_tuning::outside && move <= most + tracker_tuning::outside))
+            if (!(move >= least - TrackerTuning::outside && move <= most + TrackerTuning::outside))
                 return false;
             next.q[j] = wanted[j];
             if (move < least) next.q[j] = q_.q[j] + least;

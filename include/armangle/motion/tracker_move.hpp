@@ -23,8 +23,8 @@ protected:
     void approach(const Tick& t, const Goal& goal, Joints& next) noexcept {
         const Pose<double> here = user_pose(arm_, t.now.flange);
         const Twist lead = goal_velocity(t, goal), rest = difference(here, goal.pose) - lead * t.dt;
-        const double late = min(size(rest, options_.length) / tracker_tuning::late, 1.0);
-        const double damping = tracker_tuning::regular + late * tracker_tuning::damping;
+        const double late = min(size(rest, options_.length) / TrackerTuning::late, 1.0);
+        const double damping = TrackerTuning::regular + late * TrackerTuning::damping;
         const Jacobian J = jacobian(arm_, q_.q);
         const double length = options_.length;
         const auto equations = [&](const Twist& move, double metres) {
@@ -40,15 +40,15 @@ protected:
             return pace(d, gain, share, t.dt);
         };
         const auto pace_of_position = [&](const Twist& move, double share) {
-            const JointQuadratic alone = equations(move, tracker_tuning::aside * length);
+            const JointQuadratic alone = equations(move, TrackerTuning::aside * length);
             double d[joints];
             Unbounded(alone).minimise(alone.g, d);
             return pace(d, gain, share, t.dt);
         };
         // A target at rest is reached soonest if all joints arrive together. A moving one stays nearer if
         // position does not wait for the joints that rotate the tool.
-        const Pace turning = pace_of(fixed_ ? rest : Twist{{}, rest.angular}, tracker_tuning::braking),
-                   moving = fixed_ ? turning : pace_of_position({rest.linear, {}}, tracker_tuning::direct);
+        const Pace turning = pace_of(fixed_ ? rest : Twist{{}, rest.angular}, TrackerTuning::braking),
+                   moving = fixed_ ? turning : pace_of_position({rest.linear, {}}, TrackerTuning::direct);
         const Twist nearer{rest.linear * moving.k, rest.angular * turning.k};
         for (int j = 0; j < joints; ++j) way[j] = goal.at.q[j] - q_.q[j];
         p = equations(lead + nearer, length);
@@ -99,7 +99,7 @@ protected:
     /// target without obstacles.
     void watch(const Tick& t, const Goal& goal, double off) noexcept {
         if (fixed_ && !t.guard) return;  // see the choice for a target at rest
-        const bool counts = fixed_ || off > tracker_tuning::worth, still = has_stalled(t);
+        const bool counts = fixed_ || off > TrackerTuning::worth, still = has_stalled(t);
         const bool stuck = no_nearer(t, off) || still;
         if (stuck && counts) searching_ = true;
         if (!searching_) return;
@@ -110,12 +110,12 @@ protected:
                 barred_ = 0;
                 t.guard->clear(q_.q, goal.at.q, barred_);
             }
-            given_up_ = fixed_ && idle_ >= tracker_tuning::patience;
+            given_up_ = fixed_ && idle_ >= TrackerTuning::patience;
         } else if (t.guard) {
             search(t, goal);
         } else {
             if (tried_ == 0) tried_for_ = hand_.pose();
-            tried_ += tracker_tuning::most_ways / tracker_tuning::turns;
+            tried_ += TrackerTuning::most_ways / TrackerTuning::turns;
             turn_to(goal.at, goal.gc);
         }
     }
@@ -134,17 +134,17 @@ protected:
     /// distance.
     bool no_nearer(const Tick& t, double off) noexcept {
         waited_ += t.dt;
-        const bool fast = size(speed_, options_.length) > tracker_tuning::slow;
-        if (off < (1.0 - tracker_tuning::progress) * nearest_ || (fast && !fixed_)) {
+        const bool fast = size(speed_, options_.length) > TrackerTuning::slow;
+        if (off < (1.0 - TrackerTuning::progress) * nearest_ || (fast && !fixed_)) {
             nearest_ = off;
             waited_ = 0;
         }
-        return waited_ >= tracker_tuning::patience;
+        return waited_ >= TrackerTuning::patience;
     }
 
     /// Whether all detours have been tried for a resting target, or none is permitted.
     bool detours_exhausted() const noexcept {
-        return tried_ >= tracker_tuning::most_ways || !(options_.detours || asked_);
+        return tried_ >= TrackerTuning::most_ways || !(options_.detours || asked_);
     }
 
     /// Tests some detours to solutions of the goal's pose, the first straight and the others through a random
@@ -159,7 +159,7 @@ protected:
             barred_ = 0;
             tried_for_ = hand_.pose();
         }
-        for (int k = 0; k < tracker_tuning::ways; ++k) {
+        for (int k = 0; k < TrackerTuning::ways; ++k) {
             const bool first = tried_++ == 0;
             Tag other = 0, &pair = first ? barred_ : other;
             Joints to = goal.at, via = q_;
@@ -210,11 +210,11 @@ protected:
 
     /// Whether no joint has moved noticeably for the time of a stall.
     bool has_stalled(const Tick& t) noexcept {
-        constexpr double lasting = tracker_tuning::stall;
+        constexpr double lasting = TrackerTuning::stall;
         for (int j = 0; j < joints; ++j) {
             const double possible = 0.25 * min(min(options_.velocity[j], lasting * options_.acceleration[j]),
                                                0.5 * lasting * lasting * options_.jerk[j]);  // from rest
-            const double slowest = min(tracker_tuning::standing, possible);
+            const double slowest = min(TrackerTuning::standing, possible);
             if (abs(q_.q[j] - stalled_at_.q[j]) <= slowest * lasting) continue;
             stalled_at_ = q_;
             stalled_for_ = 0;
@@ -222,7 +222,7 @@ protected:
             return false;
         }
         stalled_for_ += t.dt;
-        return stalled_for_ >= tracker_tuning::stall;
+        return stalled_for_ >= TrackerTuning::stall;
     }
 
     /// Records that the end effector is at its goal and the target at rest, so that moving away counts as no
@@ -232,9 +232,9 @@ protected:
     /// Whether the end effector has been at its goal for a while, which is not the target, without coming
     /// nearer to the target.
     bool makes_no_progress(const Goal& goal) const noexcept {
-        const bool calm = margin_ - options_.still_margin < tracker_tuning::calm;
-        const bool is_hand = size(difference(goal.pose, wanted_), options_.length) <= tracker_tuning::exact;
-        return calm && !is_hand && closest_ > tracker_tuning::exact && idle_ >= tracker_tuning::patience;
+        const bool calm = margin_ - options_.still_margin < TrackerTuning::calm;
+        const bool is_hand = size(difference(goal.pose, wanted_), options_.length) <= TrackerTuning::exact;
+        return calm && !is_hand && closest_ > TrackerTuning::exact && idle_ >= TrackerTuning::patience;
     }
 
     /// Resets the stall detection: counts neither time nor progress so far.
@@ -259,7 +259,7 @@ protected:
         }
         const Pace at = pace(way, t.dt);
         const double k = at.k;
-        if (longest < tracker_tuning::turned) {
+        if (longest < TrackerTuning::turned) {
             if (waypoint_count_ > 1) {
                 --waypoint_count_;
             } else if (!fixed_) {
@@ -282,7 +282,7 @@ protected:
         const bool chosen = choice_.state == RestingChoice::taken;
         if (!(chosen && !t.guard) && has_stalled(t)) {  // an obstacle blocks nevertheless
             if (chosen) choice_.state = RestingChoice::left;
-            if (t.guard) tried_ += tracker_tuning::most_ways / (asked_ ? 1 : tracker_tuning::turns);
+            if (t.guard) tried_ += TrackerTuning::most_ways / (asked_ ? 1 : TrackerTuning::turns);
             tried_for_ = hand_.pose();
             end_detour();
             forget();
@@ -304,7 +304,7 @@ protected:
     Twist goal_velocity(const Tick& t, const Goal& goal) const noexcept {
         if (goal.why == Status::OK) return speed_;
         const Twist speed = difference(goal_pose_, goal.pose) * (1.0 / t.dt);
-        const bool leapt = !(size(speed, options_.length) < tracker_tuning::leap);
+        const bool leapt = !(size(speed, options_.length) < TrackerTuning::leap);
         return leapt ? Twist{} : speed;
     }
 

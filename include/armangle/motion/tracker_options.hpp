@@ -60,54 +60,57 @@ struct Tracked {
     Tag pair;    // if an obstacle is the reason: obstacle and link; 0: none
 };
 
-namespace tracker_tuning {
-inline constexpr double exact = 1e-9;       // m: within this distance the end effector is at its target
-inline constexpr double rounding = 2e-15;   // rad: error that a sum of joint values may have
-inline constexpr double outside = 1e-9;     // rad: joints this far outside the box are rounding errors
-inline constexpr double soft = 0.05;        // rad from limits that is kept if arcs allow it
-inline constexpr double braking = 0.6;      // share of the acceleration that an approach assumes
-inline constexpr double direct = 1.0;       // the same if only the position comes nearer
-inline constexpr double assured = 0.2;      // share that always remains, however hard the target brakes
-inline constexpr double aside = 0.1;        // of `length`: metres a radian counts beside position alone
-inline constexpr double turning = 0.3;      // the same of psi
-inline constexpr double ticks = 3.0;        // an approach ends no faster than geometrically over so many
-inline constexpr double regular = 1e-4;     // added to H, m^2/rad^2
-inline constexpr double damping = 2e-3;     // added as well if the end effector is late
-inline constexpr double late = 0.0015;      // m from the target at which all of it is added
-inline constexpr double preview = 0.15;     // s ahead for which psi is chosen
-inline constexpr double fast = 0.1;         // m/s of the wrist at which the elbow's margin is full
-inline constexpr double trembling = 0.05;   // s over which the wrist's velocity is averaged for that
-inline constexpr double growing = 0.1;      // s in which that margin grows
-inline constexpr double shrinking = 2.0;    // s in which it shrinks
-inline constexpr double beyond = 1e-6;      // a configuration violating a limit by more (rad) is rejected
-inline constexpr double seam = 2e-6;        // rad between limits a whole turn apart
-inline constexpr double negligible = 1e-4;  // rad of that margin
-inline constexpr double crossing = 0.3;     // rad of theta_2, theta_6 within which both branches are compared
-inline constexpr double leap = 3.0;         // m/s: a goal that moves faster has jumped
-inline constexpr double standing = 0.02;    // rad/s: slower joints count as standing in a stall
-inline constexpr double stall = 0.3;        // s of standing away from a goal before the arm turns to it
-inline constexpr double lively = 0.02;      // m: a target that has moved farther starts a new case
-inline constexpr double slow = 0.1;         // m/s: for a slower target the arm tries detours after ...
-inline constexpr double patience = 1.0;     // s without coming nearer by ...
-inline constexpr double progress = 0.1;     // ... this share, which is a stall near obstacles
-inline constexpr double turned = 0.05;      // rad from the goal's configuration at which turning ends
-inline constexpr double irregular = 0.7;    // |sin| of theta_2, theta_6 below which psi turns less ...
-inline constexpr double shut = 0.05;        // ... and joints move by the least amount, ...
-inline constexpr double roomy = 0.15;       // ... rad from limits
-inline constexpr double remote = 1.0;       // rad: a configuration with a joint farther away is not nearby
-inline constexpr double near = 0.1;     // rad within which a configuration nearer to the target is taken ...
-inline constexpr double pays = 1e-3;    // ... and m that it must gain for each rad beyond
-inline constexpr double level = 0.01;   // rad from straight within which joint 4 has no side ...
-inline constexpr double scant = 0.6;    // ... at a start, if limits leave it less than that
-inline constexpr double worth = 0.005;  // m that another start of the relaxation must gain
-inline constexpr double strayed = 0.1;  // m: a target that has moved this far invalidates a way to it
-inline constexpr double gain = 1e-4;    // m nearer to a resting target for which time is extended
-inline constexpr double calm = 1e-3;    // rad of the elbow's margin above that at rest, negligible
-inline constexpr double led = 0.02;     // rad nearer to the elbow's target worth leaving theta_2, theta_6 = 0
-inline constexpr int turns = 8;         // configurations that are tried for one target
-inline constexpr int ways = 2, most_ways = 600;  // ways around an obstacle tried in a cycle, and in all
-inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one cycle
-}  // namespace tracker_tuning
+/// Parameters of the tracker.
+struct TrackerTuning {
+    static constexpr double exact = 1e-9;       // m: within this distance the end effector is at its target
+    static constexpr double rounding = 2e-15;   // rad: error that a sum of joint values may have
+    static constexpr double outside = 1e-9;     // rad: joints this far outside the box are rounding errors
+    static constexpr double soft = 0.05;        // rad from limits that is kept if arcs allow it
+    static constexpr double braking = 0.6;      // share of the acceleration that an approach assumes
+    static constexpr double direct = 1.0;       // the same if only the position comes nearer
+    static constexpr double assured = 0.2;      // share that always remains, however hard the target brakes
+    static constexpr double aside = 0.1;        // of `length`: metres a radian counts beside position alone
+    static constexpr double turning = 0.3;      // the same of psi
+    static constexpr double ticks = 3.0;        // an approach ends no faster than geometrically over so many
+    static constexpr double regular = 1e-4;     // added to H, m^2/rad^2
+    static constexpr double damping = 2e-3;     // added as well if the end effector is late
+    static constexpr double late = 0.0015;      // m from the target at which all of it is added
+    static constexpr double preview = 0.15;     // s ahead for which psi is chosen
+    static constexpr double fast = 0.1;         // m/s of the wrist at which the elbow's margin is full
+    static constexpr double trembling = 0.05;   // s over which the wrist's velocity is averaged for that
+    static constexpr double growing = 0.1;      // s in which that margin grows
+    static constexpr double shrinking = 2.0;    // s in which it shrinks
+    static constexpr double beyond = 1e-6;      // a configuration violating a limit by more (rad) is rejected
+    static constexpr double seam = 2e-6;        // rad between limits a whole turn apart
+    static constexpr double negligible = 1e-4;  // rad of that margin
+    static constexpr double crossing =
+        0.3;                             // rad of theta_2, theta_6 within which both branches are compared
+    static constexpr double leap = 3.0;  // m/s: a goal that moves faster has jumped
+    static constexpr double standing = 0.02;  // rad/s: slower joints count as standing in a stall
+    static constexpr double stall = 0.3;      // s of standing away from a goal before the arm turns to it
+    static constexpr double lively = 0.02;    // m: a target that has moved farther starts a new case
+    static constexpr double slow = 0.1;       // m/s: for a slower target the arm tries detours after ...
+    static constexpr double patience = 1.0;   // s without coming nearer by ...
+    static constexpr double progress = 0.1;   // ... this share, which is a stall near obstacles
+    static constexpr double turned = 0.05;    // rad from the goal's configuration at which turning ends
+    static constexpr double irregular = 0.7;  // |sin| of theta_2, theta_6 below which psi turns less ...
+    static constexpr double shut = 0.05;      // ... and joints move by the least amount, ...
+    static constexpr double roomy = 0.15;     // ... rad from limits
+    static constexpr double remote = 1.0;     // rad: a configuration with a joint farther away is not nearby
+    static constexpr double near = 0.1;  // rad within which a configuration nearer to the target is taken ...
+    static constexpr double pays = 1e-3;    // ... and m that it must gain for each rad beyond
+    static constexpr double level = 0.01;   // rad from straight within which joint 4 has no side ...
+    static constexpr double scant = 0.6;    // ... at a start, if limits leave it less than that
+    static constexpr double worth = 0.005;  // m that another start of the relaxation must gain
+    static constexpr double strayed = 0.1;  // m: a target that has moved this far invalidates a way to it
+    static constexpr double gain = 1e-4;    // m nearer to a resting target for which time is extended
+    static constexpr double calm = 1e-3;    // rad of the elbow's margin above that at rest, negligible
+    static constexpr double led =
+        0.02;                        // rad nearer to the elbow's target worth leaving theta_2, theta_6 = 0
+    static constexpr int turns = 8;  // configurations that are tried for one target
+    static constexpr int ways = 2, most_ways = 600;  // ways around an obstacle tried in a cycle, and in all
+    static constexpr int rounds = 6, starts = 16;    // of the relaxation in one cycle
+};
 
 }  // namespace armangle
 

@@ -1,7 +1,6 @@
 // The tolerances of the geometry, each with its reason. Formulas in arm/, circle/, limits/ and batch/ hold no
-// literal of their own. Search ranges and proof depths are not tolerances; they are named next to their
-// algorithm (namespaces lookahead_tuning, candidate_tuning, way_tuning, relax_tuning, tube_tuning,
-// tube_parameter_tuning, turn_tuning, plan_tuning, proof).
+// literal of their own. Search ranges and proof depths are not tolerances; each algorithm has its own in a
+// struct whose name ends in Tuning.
 #pragma once
 
 #include "../names/begin.hpp"

@@ -17,11 +17,12 @@
 
 namespace armangle {
 
-namespace offset_tuning {
-inline constexpr int cells = 24;  // of the circle, to begin with
-inline constexpr int depth = 32;  // halvings of a cell; narrowest is reached before
-inline constexpr int root_steps = 60;
-}  // namespace offset_tuning
+/// Parameters of cells of the free joint.
+struct OffsetCellsTuning {
+    static constexpr int cells = 24;  // of the circle, to begin with
+    static constexpr int depth = 32;  // halvings of a cell; narrowest is reached before
+    static constexpr int root_steps = 60;
+};
 
 /// Like cut_off of elbow.hpp on a jet: 0 if a gap is within rounding, else the given value. The derivatives
 /// are known only if the case is decided.
@@ -272,7 +273,7 @@ private:
     /// The root of f in [a, b], whose values at the ends have opposite signs, by regula falsi (Illinois).
     template <class F>
     static double root(const F& f, double a, double fa, double b, double fb) noexcept {
-        for (int pass = 0; pass < offset_tuning::root_steps && b - a > 1e-15 * (1.0 + abs(a)); ++pass) {
+        for (int pass = 0; pass < OffsetCellsTuning::root_steps && b - a > 1e-15 * (1.0 + abs(a)); ++pass) {
             double at = (a * fb - b * fa) / (fb - fa);
             if (!(at > a && at < b)) at = 0.5 * (a + b);
             const double now = f(at);

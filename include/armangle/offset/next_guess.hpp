@@ -14,9 +14,10 @@
 
 namespace armangle {
 
-namespace offset_tuning {
-inline constexpr double farthest_secant = 20.0;  // of the last change of what was found
-}  // namespace offset_tuning
+/// Parameters of the tracker's guess of the next posture.
+struct NextGuessTuning {
+    static constexpr double farthest_secant = 20.0;  // of the last change of what was found
+};
 
 /// The next correction of the target to try, by a secant step through the last two guesses.
 template <free_joint_arm AnyArm>
@@ -25,7 +26,7 @@ Pose<double> next_guess(const AnyArm&, const Guess& last, const Guess& now) noex
     const Vec3<double> change = off - (last.found.position - last.shown.position);
     const double size = dot(change, change), share = dot(off, change) / size;
     Pose<double> next = now.found;
-    if (size > 0 && abs(share) <= offset_tuning::farthest_secant)
+    if (size > 0 && abs(share) <= NextGuessTuning::farthest_secant)
         next.position = next.position - (now.found.position - last.found.position) * share;
     return next;
 }

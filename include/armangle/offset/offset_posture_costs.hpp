@@ -119,9 +119,9 @@ protected:
         Twist rest;
         Limits about;
         const bool kept = limits_about(offset_, at.q, about) && within_limits(about, at.q, 0.0);
-        if (kept && distance(offset_, at.q, pose_, size, rest) <= 0.1 * local_solve_tuning::meets * size)
+        if (kept && distance(offset_, at.q, pose_, size, rest) <= 0.1 * LocalSolveTuning::meets * size)
             return true;
-        int rounds = local_solve_tuning::rounds;
+        int rounds = LocalSolveTuning::rounds;
         const Relaxed on = solve_locally(offset_, about, at, pose_, {}, 0.0, rounds);
         if (!meets(offset_, on)) return false;
         in_order = finished(formula_order(on.at.q).q, in_order.psi, in_order.gc);

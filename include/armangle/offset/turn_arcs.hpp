@@ -144,8 +144,8 @@ private:
             }
             double moved = wrap(then - before);
             before = then;
-            if (one_way && over.slope.lo >= 0 && moved < -turn_tuning::noise) moved += two_pi;
-            if (one_way && over.slope.hi <= 0 && moved > turn_tuning::noise) moved -= two_pi;
+            if (one_way && over.slope.lo >= 0 && moved < -TurnArcsTuning::noise) moved += two_pi;
+            if (one_way && over.slope.hi <= 0 && moved > TurnArcsTuning::noise) moved -= two_pi;
             if (!one_way && !decided &&
                 abs(moved) > tuning_.continuous) {  // what lies in between is not known
                 add(least, most);

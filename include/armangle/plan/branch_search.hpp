@@ -82,7 +82,7 @@ struct SpreadOver {
                 gone.push_back(length + tuning.spacing * here_s);
                 last = here;
             }
-        length = max(length, tube_parameter_tuning::least_length);
+        length = max(length, TubeParameterTuning::least_length);
         const double whole = gone.back();
         const int count =
             std::max(tuning.least_sections - 1, static_cast<int>(std::ceil(whole / tuning.spacing)));
@@ -324,7 +324,7 @@ public:
             bool open = false;
             for (std::size_t i = 0; i < proof.open.size(); i += 2)
                 open = open || (proof.open[i] < b && proof.open[i + 1] > a);
-            if (open && b - a > tube_parameter_tuning::same) {
+            if (open && b - a > TubeParameterTuning::same) {
                 const Section half = look_(0.5 * (a + b), branch.report.gc);
                 if (half.arcs.empty()) return false;
                 const State &from = way.back(), &to = branch.way[k];
@@ -534,7 +534,7 @@ private:
     /// they are too close.
     bool halve(Branch& branch, std::size_t k) const {
         const double a = branch.sections[k].s, b = branch.sections[k + 1].s, s = 0.5 * (a + b);
-        if (!(b - a > tube_parameter_tuning::same)) return false;
+        if (!(b - a > TubeParameterTuning::same)) return false;
         branch.sections.insert(branch.sections.begin() + static_cast<std::ptrdiff_t>(k) + 1,
                                look_(s, branch.report.gc));
         return true;
@@ -653,7 +653,7 @@ private:
     /// both. At a given end limits of two joints may meet, and the arc grows out of a moving point.
     bool joined(const Branch& branch, std::size_t k, const Node& from, const Node& to) const noexcept {
         const double slack =
-            anchor(branch, k) || anchor(branch, k - 1) ? tube_tuning::still : tolerance::angle;
+            anchor(branch, k) || anchor(branch, k - 1) ? TubeTuning::still : tolerance::angle;
         const double a = from.free, b = lift(to.free, a);
         double lower = min(a, b), upper = max(a, b);
         const auto keep = [&](const Section& section, const Node& x, double free) {

@@ -41,13 +41,14 @@ struct Postures {
     }
 };
 
-namespace candidate_tuning {
-inline constexpr double spacing = 0.2;  // largest distance of neighbouring configurations in phi (rad)
-inline constexpr double beside = 5e-3;  // distance from the phi where a joint's turns end (rad)
-inline constexpr int least = 5;         // configurations on an arc, however narrow
-inline constexpr double move = 0.5;     // largest move of a joint from one to the next (rad) ...
-inline constexpr int passes = 12;       // ... after at most so many insertions
-}  // namespace candidate_tuning
+/// Parameters of the candidates of a section.
+struct CandidateTuning {
+    static constexpr double spacing = 0.2;  // largest distance of neighbouring configurations in phi (rad)
+    static constexpr double beside = 5e-3;  // distance from the phi where a joint's turns end (rad)
+    static constexpr int least = 5;         // configurations on an arc, however narrow
+    static constexpr double move = 0.5;     // largest move of a joint from one to the next (rad) ...
+    static constexpr int passes = 12;       // ... after at most so many insertions
+};
 
 namespace detail {
 
@@ -105,7 +106,7 @@ public:
             spread_over(tube.arc(l)[k], l.full);
             add_ends(l, tube.arc(l)[k]);
             solve(l, points_);
-            for (int pass = 0; pass < candidate_tuning::passes && refine(l); ++pass) {}
+            for (int pass = 0; pass < CandidateTuning::passes && refine(l); ++pass) {}
             for (const Point& p : points_)
                 if (!is_end(p, l, tube.arc(l)[k])) put(p, k, window, out);
         }
@@ -155,7 +156,7 @@ private:
         points_.clear();
         const double width = arc.upper - arc.lower;
         const int n =
-            std::max(candidate_tuning::least, static_cast<int>(width / candidate_tuning::spacing) + 1);
+            std::max(CandidateTuning::least, static_cast<int>(width / CandidateTuning::spacing) + 1);
         if (!full) points_.push_back({arc.lower, {}});
         for (int i = 0; i < n; ++i) points_.push_back({arc.lower + width * (i + (full ? 0.0 : 0.5)) / n, {}});
         if (!full) points_.push_back({arc.upper, {}});
@@ -190,7 +191,7 @@ private:
         std::sort(ends_.begin(), ends_.end());
         for (std::size_t i = 1; i + 1 < ends_.size(); ++i)
             for (const double room : {ends_[i - 1] - ends_[i], ends_[i + 1] - ends_[i]}) {
-                const double away = min(candidate_tuning::beside, 0.5 * abs(room));
+                const double away = min(CandidateTuning::beside, 0.5 * abs(room));
                 points_.push_back({ends_[i] + std::copysign(away, room), {}});
             }
         std::sort(points_.begin(), points_.end(),
@@ -213,7 +214,7 @@ private:
     /// Whether some joint moves by more than 0.5 rad from one point to the next.
     static bool turns_far(const Point& a, const Point& b) noexcept {
         const JointLanes turn = wrap(JointLanes::load(b.theta) - JointLanes::load(a.theta));
-        return any(abs(turn) > JointLanes(candidate_tuning::move));
+        return any(abs(turn) > JointLanes(CandidateTuning::move));
     }
 
     /// Inserts a point between neighbours whose joints differ much; returns whether it inserted any.

@@ -17,12 +17,12 @@
 // and bisection.
 //
 // Arcs of psi from the user are one more pivot, with the direction of psi. Collisions are excluded by
-// distances (clear_proof.hpp).
+// distances (clear_prover.hpp).
 #pragma once
 
 #include <functional>
 
-#include "clear_proof.hpp"
+#include "clear_prover.hpp"
 #include "scenes_along.hpp"
 #include "curve.hpp"
 #include "../limits/feasible.hpp"
@@ -33,32 +33,35 @@
 
 namespace armangle {
 
-namespace proof {
-/// Limits are proven with this reserve (rad): more than the rounding of joint values from the curve. A limit
-/// on which the curve begins or ends has no reserve: the proven violation is at most this.
-inline constexpr double slack = 1e-9;
-/// A condition below minus this is violated, not touched.
-inline constexpr double broken = 4e-9;
-/// Least proven distance to singularities (rad), whatever margin is requested. At this distance the values
-/// used to compute joints round to less than the slack (directions round to 2e-15).
-inline constexpr double least_margin = 3e-6;
-/// The root given by a leading joint is simple: the square of its slope stays above this, so that its
-/// rounding stays below the slack.
-inline constexpr double least_slope_square = 1e-8;
-inline constexpr double converted =
-    2e-15;                             // rounding of a joint value converted to theta and back (of its size)
-inline constexpr double gap = 1e-9;    // between the joints at the end of a stretch and at the next one (rad)
-inline constexpr double join = 1e-12;  // largest overlap of a stretch with the next segment (of s)
-inline constexpr double sector = pi / 3;  // half width (rad)
-inline constexpr double sector_step =
-    2.2;                                 // of its middle from one to the next (rad); 2 sector + this < 2 pi
-inline constexpr double end_step = 2.0;  // of its middle from the ends of a stretch (rad); sector + this < pi
-inline constexpr int looks = 32;         // samples that search violations in an unproven stretch
-inline constexpr double leap = 0.05;     // jump of a joint (rad) ...
-inline constexpr double leap_within = 1e-12;  // ... within so much of s
-inline constexpr int depth = 14;              // halvings of a stretch
-inline constexpr int evaluations = 256;       // average per stretch before the rest is left unproven
-}  // namespace proof
+/// Parameters of the proof of a curve of an exact arm.
+struct CurveProofTuning {
+    /// Limits are proven with this reserve (rad): more than the rounding of joint values from the curve. A
+    /// limit on which the curve begins or ends has no reserve: the proven violation is at most this.
+    static constexpr double slack = 1e-9;
+    /// A condition below minus this is violated, not touched.
+    static constexpr double broken = 4e-9;
+    /// Least proven distance to singularities (rad), whatever margin is requested. At this distance the
+    /// values used to compute joints round to less than the slack (directions round to 2e-15).
+    static constexpr double least_margin = 3e-6;
+    /// The root given by a leading joint is simple: the square of its slope stays above this, so that its
+    /// rounding stays below the slack.
+    static constexpr double least_slope_square = 1e-8;
+    static constexpr double converted =
+        2e-15;  // rounding of a joint value converted to theta and back (of its size)
+    static constexpr double gap =
+        1e-9;  // between the joints at the end of a stretch and at the next one (rad)
+    static constexpr double join = 1e-12;     // largest overlap of a stretch with the next segment (of s)
+    static constexpr double sector = pi / 3;  // half width (rad)
+    static constexpr double sector_step =
+        2.2;  // of its middle from one to the next (rad); 2 sector + this < 2 pi
+    static constexpr double end_step =
+        2.0;                          // of its middle from the ends of a stretch (rad); sector + this < pi
+    static constexpr int looks = 32;  // samples that search violations in an unproven stretch
+    static constexpr double leap = 0.05;          // jump of a joint (rad) ...
+    static constexpr double leap_within = 1e-12;  // ... within so much of s
+    static constexpr int depth = 14;              // halvings of a stretch
+    static constexpr int evaluations = 256;       // average per stretch before the rest is left unproven
+};
 
 /// Conditions on a curve besides limits and margins.
 struct AlsoKept {
@@ -114,8 +117,8 @@ struct HalfTurn {
 /// the slack.
 inline HalfTurn half_turn(const ThetaRange& range, double turn, double g) noexcept {
     const double lower = range.lower, upper = range.upper;
-    const double near = (g > 0 ? lower - turn : turn - upper) + proof::slack,
-                 far = (g > 0 ? upper - turn : turn - lower) - proof::slack;
+    const double near = (g > 0 ? lower - turn : turn - upper) + CurveProofTuning::slack,
+                 far = (g > 0 ? upper - turn : turn - lower) - CurveProofTuning::slack;
     HalfTurn out;
     out.has_near = near > 0;
     out.has_far = far < pi;
@@ -149,7 +152,7 @@ struct Claim {
     Claim(const Curve& c, const Limits& l, double margin, const ArcSet* arcs) noexcept
         : curve(c), limits(l), allowed(arcs), asked_margin(margin) {
         const Arm& arm = c.arm;
-        const Interval sine = sin_cos(Interval(max(margin, proof::least_margin))).sin;
+        const Interval sine = sin_cos(Interval(max(margin, CurveProofTuning::least_margin))).sin;
         sine_square = square(sine).hi;
         const Stretch &front = c.stretches.front(), &back = c.stretches.back();
         stretched[0] = margin == 0 && straight(front, front.start);
@@ -158,7 +161,8 @@ struct Claim {
             const double theta = to_theta(arm, j, c.stretches.front().q[j]);
             const ThetaRange range =
                 theta_range(arm, limits, j);  // if it is half a turn off, choose the side of the limits
-            const double inward = std::copysign(proof::slack, 0.5 * (range.lower + range.upper) - theta);
+            const double inward =
+                std::copysign(CurveProofTuning::slack, 0.5 * (range.lower + range.upper) - theta);
             return centre + two_pi * round((theta + inward - centre) / two_pi);
         };
         for (int h = 0; h < hinges; ++h) {
@@ -167,22 +171,23 @@ struct Claim {
             const double whole = turn(j, 0.0);
             for (const bool negative : {false, true})
                 hinge[h][negative] = half_turn(range, whole, negative ? -1.0 : 1.0);
-            double &low = hinge_lower[h] = range.lower - whole + proof::slack,
-                   &high = hinge_upper[h] = range.upper - whole - proof::slack;
-            if (high - low < two_pi - 4 * proof::slack) continue;
-            low = max(low, -proof::sector);
-            high = min(high, proof::sector);
+            double &low = hinge_lower[h] = range.lower - whole + CurveProofTuning::slack,
+                   &high = hinge_upper[h] = range.upper - whole - CurveProofTuning::slack;
+            if (high - low < two_pi - 4 * CurveProofTuning::slack) continue;
+            low = max(low, -CurveProofTuning::sector);
+            high = min(high, CurveProofTuning::sector);
         }
         elbow = half_turn(claimed_range(3), turn(3, arm.delta_angle), configuration(c.gc).elbow);
         for (int j = 0; j < joints; ++j) locked[j] = stands_still(c, limits, j);
         for (int p = 0; p < pivots; ++p) {
             const int j = pivot_joint[p];
             const ThetaRange range = claimed_range(j);
-            lower[p] = range.lower + proof::slack;
-            upper[p] = range.upper - proof::slack;
+            lower[p] = range.lower + CurveProofTuning::slack;
+            upper[p] = range.upper - CurveProofTuning::slack;
             const double width = upper[p] - lower[p];
             kind[p] = PivotKind::turning;
-            if (width < two_pi - 4 * proof::slack) kind[p] = width > pi ? PivotKind::wide : PivotKind::narrow;
+            if (width < two_pi - 4 * CurveProofTuning::slack)
+                kind[p] = width > pi ? PivotKind::wide : PivotKind::narrow;
             if (lower[p] > -infinity) at_lower[p] = sin_cos(Interval(lower[p]));
             if (upper[p] < infinity) at_upper[p] = sin_cos(Interval(upper[p]));
         }
@@ -195,8 +200,10 @@ struct Claim {
         ThetaRange out = range;
         for (const double q : {curve.stretches.front().q[j], curve.stretches.back().q_end[j]}) {
             const double theta = to_theta(curve.arm, j, q);
-            if (abs(theta - range.lower) <= proof::slack) out.lower = range.lower - 2 * proof::slack;
-            if (abs(theta - range.upper) <= proof::slack) out.upper = range.upper + 2 * proof::slack;
+            if (abs(theta - range.lower) <= CurveProofTuning::slack)
+                out.lower = range.lower - 2 * CurveProofTuning::slack;
+            if (abs(theta - range.upper) <= CurveProofTuning::slack)
+                out.upper = range.upper + 2 * CurveProofTuning::slack;
         }
         return out;
     }
@@ -244,7 +251,8 @@ struct Claim {
             if (!still) return false;
         }
         const double q = to_q(c.arm, j, theta);
-        return max(limits.lower[j] - q, q - limits.upper[j]) <= proof::converted * (1 + abs(theta));
+        return max(limits.lower[j] - q, q - limits.upper[j]) <=
+               CurveProofTuning::converted * (1 + abs(theta));
     }
 
     /// Adds the conditions that |theta|, with this cosine, lies within the range h.
@@ -265,7 +273,7 @@ struct Claim {
     template <class T>
     bool turning(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
         if (!(middle > lower[p] && middle < upper[p])) return false;
-        const double l = middle - proof::sector, r = middle + proof::sector;
+        const double l = middle - CurveProofTuning::sector, r = middle + CurveProofTuning::sector;
         out.add(beyond(u, v, sin_cos(Interval(l))));
         out.add(-beyond(u, v, sin_cos(Interval(r))));
         if (l <= lower[p]) out.add(beyond(u, v, at_lower[p]));
@@ -289,7 +297,7 @@ struct Claim {
         const Triad<T> own = triad(curve.arm, flange_pose(curve.arm, pose_at(curve.segment(x), s)));
         const Vec3<T> z3 = combine(c.z, here.phi.cos, c.e, here.phi.sin);
         const T u = dot(own.e, z3), v = dot(own.z, z3);
-        const double l = arc.lower + proof::slack, r = arc.upper - proof::slack;
+        const double l = arc.lower + CurveProofTuning::slack, r = arc.upper - CurveProofTuning::slack;
         const T above = beyond(u, v, sin_cos(Interval(l))), below = -beyond(u, v, sin_cos(Interval(r)));
         limit_cone(above, below, r - l > pi, out);
     }
@@ -312,7 +320,7 @@ struct Claim {
         if (bent) out.add(eta.sin * eta.sin - T(sine_square));
         if (arc) limit_psi(*arc, x, s, here, out);
         limit_half_turn(elbow, eta.cos, out);
-        if (lead >= 0) out.add(here.room - T(proof::least_slope_square));
+        if (lead >= 0) out.add(here.room - T(CurveProofTuning::least_slope_square));
         for (int h = 0; h < hinges; ++h) {
             const bool crosses = h == hinge_crossed_by(static_cast<int>(x.lead));
             if (crosses) {
@@ -396,7 +404,7 @@ public:
     /// proof may take; run() proves them.
     Prover(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept)
         : curve_(curve), claim_(curve, limits, margin, kept.allowed), kept_(kept) {
-        budget_ = static_cast<long long>(curve.stretches.size() + 8) * proof::evaluations;
+        budget_ = static_cast<long long>(curve.stretches.size() + 8) * CurveProofTuning::evaluations;
         for (int k = 0; k < kept.scenes.count; ++k) clear_.emplace_back(curve, kept.scenes[k], kept.touching);
     }
 
@@ -407,8 +415,9 @@ public:
         for (const Stretch& x : curve_.stretches) {
             if (kept_.checkpoint && *kept_.checkpoint) (*kept_.checkpoint)();
             const Segment& g = curve_.segment(x);
-            const bool within = x.start >= g.start - proof::join && x.end <= g.end + proof::join;
-            const bool joined = !before || largest_move(before->q_end, x.q) <= proof::gap;
+            const bool within =
+                x.start >= g.start - CurveProofTuning::join && x.end <= g.end + CurveProofTuning::join;
+            const bool joined = !before || largest_move(before->q_end, x.q) <= CurveProofTuning::gap;
             before = &x;
             if (!joined) proof_.violated.push_back(x.start);
             const bool limited = possible && within && joined && prove(x, x.start, x.end, 0);
@@ -450,14 +459,15 @@ private:
     /// pose is out of reach, or a joint jumps; nothing if there is none.
     void look(const Stretch& x) {
         PlacedPosture before{};
-        for (int i = 0; i <= proof::looks; ++i) {
-            const double s = x.start + (x.end - x.start) * i / proof::looks;
+        for (int i = 0; i <= CurveProofTuning::looks; ++i) {
+            const double s = x.start + (x.end - x.start) * i / CurveProofTuning::looks;
             const PlacedPosture here = curve_.at(x, s);
             const Pose<double> flange = flange_pose(curve_.arm, here.pose);
             const double excess = circle(curve_.arm, flange, curve_.plane).triangle.excess;
-            const bool kept = is_finite(here.q) && limit_margin(claim_.limits, here.q) >= -proof::broken &&
+            const bool kept = is_finite(here.q) &&
+                              limit_margin(claim_.limits, here.q) >= -CurveProofTuning::broken &&
                               excess <= tolerance::reach * curve_.arm.reach;
-            const double step = (x.end - x.start) / proof::looks;
+            const double step = (x.end - x.start) / CurveProofTuning::looks;
             if (kept && (i == 0 || !leaps(x, s - step, s, before, here))) {
                 before = here;
                 continue;
@@ -470,9 +480,9 @@ private:
     /// Whether a joint moves by more than `leap` within `leap_within` of s somewhere between configuration a
     /// at s = `from` and b at `to`, searched by halving.
     bool leaps(const Stretch& x, double from, double to, PlacedPosture a, PlacedPosture b) const noexcept {
-        while (largest_move(a.q, b.q) > proof::leap) {
+        while (largest_move(a.q, b.q) > CurveProofTuning::leap) {
             const double half = 0.5 * (from + to);
-            if (!(half > from && half < to) || to - from < proof::leap_within) return true;
+            if (!(half > from && half < to) || to - from < CurveProofTuning::leap_within) return true;
             const PlacedPosture middle = curve_.at(x, half);
             const bool first = largest_move(a.q, middle.q) > largest_move(middle.q, b.q);
             (first ? b : a) = middle;
@@ -491,7 +501,7 @@ private:
             for (int p = 0; p < pivots; ++p) last_[p] = middle[p];
             return lifted_ = true;
         }
-        if (depth == proof::depth || broken(x, 0.5 * (from + to), middle)) return false;
+        if (depth == CurveProofTuning::depth || broken(x, 0.5 * (from + to), middle)) return false;
         const double half = 0.5 * (from + to);
         return prove(x, from, half, depth + 1) && prove(x, half, to, depth + 1);
     }
@@ -508,7 +518,8 @@ private:
             const int j = pivot_joint[p];
             middle[p] = to_theta(curve_.arm, j, now.q[j]);
             if (claim_.kind[p] != PivotKind::turning) continue;
-            if (!(max(abs(x.q[j] - now.q[j]), abs(x.q_end[j] - now.q[j])) < proof::end_step)) return false;
+            if (!(max(abs(x.q[j] - now.q[j]), abs(x.q_end[j] - now.q[j])) < CurveProofTuning::end_step))
+                return false;
         }
         return true;
     }
@@ -524,7 +535,7 @@ private:
         }
         for (int p = 0; p < pivots; ++p)
             if (lifted_ && claim_.kind[p] == PivotKind::turning &&
-                !(abs(middle[p] - last_[p]) < proof::sector_step))
+                !(abs(middle[p] - last_[p]) < CurveProofTuning::sector_step))
                 return false;
         const Interval range(from, to);
         const bool bent = !claim_.stretches_out(from, to);
@@ -562,9 +573,10 @@ private:
         Conditions<Interval> at;
         bool bad = claim_.allowed && !claim_.allowed->full && claim_.arc_at(x, s) < 0;
         for (int p = 0; p < pivots; ++p)
-            bad = bad || (claim_.kind[p] == PivotKind::turning &&
-                          max(claim_.lower[p] - middle[p], middle[p] - claim_.upper[p]) > proof::broken);
-        const auto fails = [](const Interval& f) { return f.hi < -proof::broken; };
+            bad = bad ||
+                  (claim_.kind[p] == PivotKind::turning &&
+                   max(claim_.lower[p] - middle[p], middle[p] - claim_.upper[p]) > CurveProofTuning::broken);
+        const auto fails = [](const Interval& f) { return f.hi < -CurveProofTuning::broken; };
         if (claim_.evaluate(x, Interval(s), middle, nullptr, true, at)) {
             for (int i = 0; i < at.count; ++i) {
                 const auto& row = at.row[i];

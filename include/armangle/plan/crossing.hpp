@@ -22,35 +22,37 @@
 
 namespace armangle {
 
-namespace crossing_tuning {
-inline constexpr double near = 0.35;   // |theta| of a hinge up to which the pivot next to it may lead (rad)
-inline constexpr double grid = 0.25;   // spacing of the leading theta (rad)
-inline constexpr double move = 0.8;    // of a joint from section to section (rad)
-inline constexpr double leads = 3.0;   // a pivot leads if it turns so many times as fast as phi ...
-inline constexpr double keeps = 1.0;   // ... and may still lead at the next row if it turns so fast
-inline constexpr double slope = 1e-3;  // least slope of the tie of a leading angle
-inline constexpr int rounds = 40;      // of smoothing
-inline constexpr double damping = 1e-3, ease = 0.1, firm = 100,
-                        least_damping = 1e-14;  // of a row's own stiffness: some rows are only 1e-6 of s
-                                                // apart
-inline constexpr double worth = 1e-4;           // share of the energy that rounds must save, or there are ...
-inline constexpr int patience = 10;             // ... at most as many more
-inline constexpr double step = 0.3;             // largest move of a row in one round (rad)
-inline constexpr double done = 1e-12;           // share of the energy that a last round saves
-inline constexpr double apart = 1e-3;           // of s: between knots of the leader, and of phi ...
-inline constexpr double straight = 1e-4;        // ... if rows between deviate less from a straight line (rad)
-inline constexpr double least_bend = 0.1;       // share of the greatest curvature of the target's cost
-inline constexpr double probe = 1e-5;           // move of a row that measures its slope (rad)
-inline constexpr double reference = 0.1,
-                        floor = 1e-3;      // cost of a distance d from a limit: (reference / d)^2
-inline constexpr double longest = 0.0055;  // of s from section to section
-inline constexpr std::size_t most_sections = 4000;
-inline constexpr long long least_postures = 50;  // continuing configurations of a section, in any case
-inline constexpr double shut_step = 5e-3;  // of s: from an end with both hinges at 0 to the next section
-inline constexpr double beside[] = {
-    1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3,
-    0.01, 0.03, 0.08, 0.2,  0.45};  // of the step at a fixed end: additional sections
-}  // namespace crossing_tuning
+/// Parameters of paths that change from branch to branch.
+struct CrossingTuning {
+    static constexpr double near =
+        0.35;  // |theta| of a hinge up to which the pivot next to it may lead (rad)
+    static constexpr double grid = 0.25;   // spacing of the leading theta (rad)
+    static constexpr double move = 0.8;    // of a joint from section to section (rad)
+    static constexpr double leads = 3.0;   // a pivot leads if it turns so many times as fast as phi ...
+    static constexpr double keeps = 1.0;   // ... and may still lead at the next row if it turns so fast
+    static constexpr double slope = 1e-3;  // least slope of the tie of a leading angle
+    static constexpr int rounds = 40;      // of smoothing
+    static constexpr double damping = 1e-3, ease = 0.1, firm = 100,
+                            least_damping = 1e-14;  // of a row's own stiffness: some rows are only 1e-6 of s
+                                                    // apart
+    static constexpr double worth = 1e-4;      // share of the energy that rounds must save, or there are ...
+    static constexpr int patience = 10;        // ... at most as many more
+    static constexpr double step = 0.3;        // largest move of a row in one round (rad)
+    static constexpr double done = 1e-12;      // share of the energy that a last round saves
+    static constexpr double apart = 1e-3;      // of s: between knots of the leader, and of phi ...
+    static constexpr double straight = 1e-4;   // ... if rows between deviate less from a straight line (rad)
+    static constexpr double least_bend = 0.1;  // share of the greatest curvature of the target's cost
+    static constexpr double probe = 1e-5;      // move of a row that measures its slope (rad)
+    static constexpr double reference = 0.1,
+                            floor = 1e-3;      // cost of a distance d from a limit: (reference / d)^2
+    static constexpr double longest = 0.0055;  // of s from section to section
+    static constexpr std::size_t most_sections = 4000;
+    static constexpr long long least_postures = 50;  // continuing configurations of a section, in any case
+    static constexpr double shut_step = 5e-3;  // of s: from an end with both hinges at 0 to the next section
+    static constexpr double beside[] = {
+        1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3,
+        0.01, 0.03, 0.08, 0.2,  0.45};  // of the step at a fixed end: additional sections
+};
 
 /// The problem of a path that may change its branch.
 struct CrossingTask {
@@ -70,7 +72,7 @@ inline double from_meeting(double theta) noexcept { return theta - pi * round(th
 
 /// Whether joint 2 or 6 (h: 0, 1) comes near 0, or near pi if limits permit, at some phi.
 inline bool meets(const JointFunctions<double>& f, const LimitTable& limits, int h) noexcept {
-    const double most = 1.0 - std::cos(crossing_tuning::near);
+    const double most = 1.0 - std::cos(CrossingTuning::near);
     return f.hinge[h].high.below_one < most ||
            (f.hinge[h].low.above_minus_one < most && limits.least_cosine[h] < most - 1.0);
 }
@@ -149,7 +151,7 @@ private:
             if (j == 3) continue;
             for (const double d : {q[j] - task_.limits.lower[j], task_.limits.upper[j] - q[j]}) {
                 if (!(d < infinity)) continue;
-                const double share = crossing_tuning::reference / max(d, crossing_tuning::floor);
+                const double share = CrossingTuning::reference / max(d, CrossingTuning::floor);
                 sum += share * share;
             }
         }
@@ -203,16 +205,16 @@ private:
         const double own = (h == 0 ? configuration(gc).shoulder : configuration(gc).wrist);
         const Anchor& end = asked_.start.given ? asked_.start : asked_.goal;
         const double from = end.given ? to_theta(task_.arm, joint - 1, end.q[joint - 1]) : 0.0;
-        const int n = static_cast<int>(two_pi / crossing_tuning::grid);
+        const int n = static_cast<int>(two_pi / CrossingTuning::grid);
         for (int i = 0; i < n; ++i) {
             const SinCos<double> theta = sin_cos(from + two_pi * i / n);
             const Harmonic<double> f = joint_condition(l.functions, joint, theta);
             for (const double side : {-1.0, 1.0}) {
                 const PsiFromJoint<double> led = psi_from_joint(f, side);
-                if (!(led.slope_square > crossing_tuning::slope * crossing_tuning::slope)) continue;
+                if (!(led.slope_square > CrossingTuning::slope * CrossingTuning::slope)) continue;
                 const Directions<double> d = directions_with_joint(l.motion, led.psi, joint, theta);
                 const double angle = atan2(d.y[j], d.x[j]);
-                if (abs(from_meeting(angle)) > crossing_tuning::near || (angle * own < 0) ||
+                if (abs(from_meeting(angle)) > CrossingTuning::near || (angle * own < 0) ||
                     (angle == 0 && own < 0))
                     continue;
                 if (!open(k, l.motion, atan2(led.psi.sin, led.psi.cos))) continue;
@@ -233,13 +235,13 @@ private:
         const Harmonic<double> f = joint_condition(l.functions, asked_.locked, theta);
         for (const double side : {-1.0, 1.0}) {
             const PsiFromJoint<double> led = psi_from_joint(f, side);
-            if (!(led.slope_square > crossing_tuning::slope * crossing_tuning::slope)) continue;
+            if (!(led.slope_square > CrossingTuning::slope * CrossingTuning::slope)) continue;
             const Directions<double> d = directions_with_joint(l.motion, led.psi, asked_.locked, theta);
             double all[joint_slots];
             angles(d).store(all);
             double now[joints];
             for (int i = 0; i < joints; ++i) now[i] = all[i];
-            const bool there = abs(wrap(all[j] - asked_.theta)) < crossing_tuning::slope;
+            const bool there = abs(wrap(all[j] - asked_.theta)) < CrossingTuning::slope;
             if (!there || index(configuration(task_.arm, now)) != gc) continue;
             if (!open(k, l.motion, atan2(led.psi.sin, led.psi.cos))) continue;
             all[j] = asked_.theta;
@@ -328,8 +330,8 @@ private:
                 if (!(x.cost < infinity)) continue;
                 alive = true;
                 for (int j = 0; j < joints; ++j) {
-                    window.lower[j] = min(window.lower[j], x.posture.q[j] - crossing_tuning::move);
-                    window.upper[j] = max(window.upper[j], x.posture.q[j] + crossing_tuning::move);
+                    window.lower[j] = min(window.lower[j], x.posture.q[j] - CrossingTuning::move);
+                    window.upper[j] = max(window.upper[j], x.posture.q[j] + CrossingTuning::move);
                 }
             }
             if (alive) continue;
@@ -366,7 +368,7 @@ private:
     /// cost, and more if costs are equal.
     void keep_cheapest(std::vector<Node>& layer, long long links) {
         const auto size = static_cast<long long>(layer.size());
-        const long long most = std::max(crossing_tuning::least_postures, links / std::max(size, 1LL));
+        const long long most = std::max(CrossingTuning::least_postures, links / std::max(size, 1LL));
         if (size <= most) return;
         costs_.clear();
         for (const Node& x : layer) costs_.push_back(x.cost);
@@ -415,7 +417,7 @@ private:
               double ds) const noexcept {
         const int differ = gc ^ eight.gc;
         if (differ & 2) return;
-        const EightMoves moves(task_, x.posture, eight.windings, infinity, crossing_tuning::move);
+        const EightMoves moves(task_, x.posture, eight.windings, infinity, CrossingTuning::move);
         for_each_bit(moves.linked, [&](int i) {
             const auto from = static_cast<std::uint32_t>(moves.from[i]);
             const Node& y = before[from];
@@ -423,8 +425,7 @@ private:
             if (!(cost < x.cost)) return;
             for (int h = 0; h < hinges; ++h) {
                 if (!(differ & (h == 0 ? 1 : 4))) continue;
-                if (abs(x.hinge[h]) > crossing_tuning::near || abs(y.hinge[h]) > crossing_tuning::near)
-                    return;
+                if (abs(x.hinge[h]) > CrossingTuning::near || abs(y.hinge[h]) > CrossingTuning::near) return;
             }
             if (differ == 5 && !both_shut(x) && !both_shut(y)) return;
             x.cost = cost;
@@ -452,7 +453,7 @@ private:
             const SinCos<double> theta = sin_cos(x);
             const PsiFromJoint<double> led =
                 psi_from_joint(joint_condition(joint_functions(m), row.lead, theta), row.side);
-            if (!(led.slope_square > crossing_tuning::slope * crossing_tuning::slope)) return false;
+            if (!(led.slope_square > CrossingTuning::slope * CrossingTuning::slope)) return false;
             phi = led.psi;
             d = directions_with_joint(m, phi, row.lead, theta);
             Configuration<double> sign = m.gc;
@@ -470,11 +471,11 @@ private:
     /// theta does not determine phi.
     double speed(const Row& row, int h) const noexcept {
         const double theta = from_meeting(to_theta(task_.arm, hinge_joint[h], row.q[hinge_joint[h]]));
-        if (abs(theta) > 2 * crossing_tuning::near) return 0;
+        if (abs(theta) > 2 * CrossingTuning::near) return 0;
         const JointFunctions<double> f = joint_functions(motion(row));
         const Harmonic<double> t = joint_condition(f, leading_joint(h), leading_theta(row, h));
         const double slope = abs(t.slope(sin_cos(row.phi)));
-        return slope > crossing_tuning::slope ? slope / max(abs(std::sin(theta)), 1e-12) : 0.0;
+        return slope > CrossingTuning::slope ? slope / max(abs(std::sin(theta)), 1e-12) : 0.0;
     }
     /// Sine and cosine of theta, at a row, of the joint that may lead near joint 2 or 6 (h: 0, 1).
     SinCos<double> leading_theta(const Row& row, int h) const noexcept {
@@ -501,7 +502,7 @@ private:
         const std::size_t n = rows_.size();
         std::vector<int> lead(n, 0);
         for (std::size_t k = 0; k < n; ++k) {
-            double most = crossing_tuning::leads;
+            double most = CrossingTuning::leads;
             for (int h = 0; h < hinges; ++h) {
                 const double now = speed(rows_[k], h);
                 if (now > most) {
@@ -512,7 +513,7 @@ private:
         }
         const auto spread = [&](std::size_t k, std::size_t from) {
             if (lead[k] != 0 || lead[from] == 0) return;
-            if (speed(rows_[k], lead[from] == 1 ? 0 : 1) > crossing_tuning::keeps) lead[k] = lead[from];
+            if (speed(rows_[k], lead[from] == 1 ? 0 : 1) > CrossingTuning::keeps) lead[k] = lead[from];
         };
         for (std::size_t k = 1; k < n; ++k) spread(k, k - 1);
         for (std::size_t k = n - 1; k-- > 0;) spread(k, k + 1);
@@ -553,10 +554,10 @@ private:
         for (Row& row : rows_) {
             Row left = row, right = row;
             const bool both =
-                put(left, row.x - crossing_tuning::probe) && put(right, row.x + crossing_tuning::probe);
+                put(left, row.x - CrossingTuning::probe) && put(right, row.x + CrossingTuning::probe);
             for (int j = 0; j < joints; ++j)
-                row.slope[j] = both ? (right.q[j] - left.q[j]) / (2 * crossing_tuning::probe) : 0.0;
-            row.phi_slope = both ? wrap(right.phi - left.phi) / (2 * crossing_tuning::probe) : 0.0;
+                row.slope[j] = both ? (right.q[j] - left.q[j]) / (2 * CrossingTuning::probe) : 0.0;
+            row.phi_slope = both ? wrap(right.phi - left.phi) / (2 * CrossingTuning::probe) : 0.0;
         }
     }
 
@@ -566,9 +567,9 @@ private:
         if (n < 2) return;
         std::vector<double> gradient(n), diagonal(n), off(n), move(n);
         std::vector<Row> best;
-        double now = energy(), damping = crossing_tuning::damping, mark = now;
+        double now = energy(), damping = CrossingTuning::damping, mark = now;
         int idle = 0;
-        for (int round = 0; round < crossing_tuning::rounds && damping < 1e6; ++round) {
+        for (int round = 0; round < CrossingTuning::rounds && damping < 1e6; ++round) {
             find_slopes();
             for (std::size_t k = 0; k < n; ++k) {
                 gradient[k] = diagonal[k] = off[k] = 0;
@@ -599,7 +600,7 @@ private:
             for (std::size_t k = n - 1; k-- > 0;) move[k] -= diagonal[k] * move[k + 1];
             best = rows_;
             for (std::size_t k = 0; k < n; ++k) {
-                const double step = min(max(move[k], -crossing_tuning::step), crossing_tuning::step);
+                const double step = min(max(move[k], -CrossingTuning::step), CrossingTuning::step);
                 Row row = rows_[k];
                 if (!row.fixed && put(row, row.x + step) && within_limits(task_.limits, row.q, 0.0) &&
                     open(k, motion(row), row.phi))
@@ -607,18 +608,18 @@ private:
             }
             const double then = energy();
             if (then < now) {
-                const bool done = now - then < crossing_tuning::done * now;
+                const bool done = now - then < CrossingTuning::done * now;
                 now = then;
-                damping = max(damping * crossing_tuning::ease, crossing_tuning::least_damping);
+                damping = max(damping * CrossingTuning::ease, CrossingTuning::least_damping);
                 if (done) return;
             } else {
                 rows_ = best;
-                damping *= crossing_tuning::firm;
+                damping *= CrossingTuning::firm;
             }
-            if (now < (1 - crossing_tuning::worth) * mark) {
+            if (now < (1 - CrossingTuning::worth) * mark) {
                 mark = now;
                 idle = 0;
-            } else if (++idle == crossing_tuning::patience) {
+            } else if (++idle == CrossingTuning::patience) {
                 return;
             }
         }
@@ -632,7 +633,7 @@ private:
             const SinCos<double> gap = sin_cos(row.phi - wished_[k]);
             const double w = 2 * share(k) * asked_.wish * row.phi_slope;
             gradient += w * gap.sin;
-            diagonal += w * row.phi_slope * max(gap.cos, crossing_tuning::least_bend);
+            diagonal += w * row.phi_slope * max(gap.cos, CrossingTuning::least_bend);
         }
         for (int j = 0; j < joints; ++j) {
             if (j == 3) continue;
@@ -640,9 +641,9 @@ private:
                 const double d =
                     sign < 0 ? task_.limits.upper[j] - row.q[j] : row.q[j] - task_.limits.lower[j];
                 if (!(d < infinity)) continue;
-                const double held = max(d, crossing_tuning::floor);
-                const double c = share(k) * task_.margin_scale() * crossing_tuning::reference *
-                                 crossing_tuning::reference / (held * held);
+                const double held = max(d, CrossingTuning::floor);
+                const double c = share(k) * task_.margin_scale() * CrossingTuning::reference *
+                                 CrossingTuning::reference / (held * held);
                 const double slope = -2 * c / held * sign * row.slope[j];
                 gradient += slope;
                 diagonal += 1.5 * slope * slope / max(c, 1e-300);
@@ -711,9 +712,9 @@ private:
     /// thin out; the end of each segment stays a knot.
     bool crowded(double s, const std::vector<double>& before, double last, bool first) const noexcept {
         const std::size_t n = before.size();
-        double apart = crossing_tuning::apart;
+        double apart = CrossingTuning::apart;
         if (!first) apart = n < 2 ? 0.0 : min(apart, 2 * (before[n - 1] - before[n - 2]));
-        if (s - before[n - 1] >= apart && last - s >= crossing_tuning::apart) return false;
+        if (s - before[n - 1] >= apart && last - s >= CrossingTuning::apart) return false;
         for (std::size_t i = 0; i < task_.segment_count; ++i)
             if (task_.segments[i].end == s) return false;
         return true;
@@ -722,13 +723,13 @@ private:
     /// Whether phi is nearly straight from a knot (s, phi) over the next rows, from k to `to` at most.
     bool is_straight(std::size_t k, std::size_t to, double s, double phi) const noexcept {
         std::size_t end = k;
-        while (end < to && rows_[end].s < s + crossing_tuning::apart) ++end;
+        while (end < to && rows_[end].s < s + CrossingTuning::apart) ++end;
         if (rows_[end].lead != 0) return false;
         const double all = lift(rows_[end].x, phi) - phi;
         for (std::size_t i = k; i < end; ++i) {
             if (rows_[i].lead != 0) return false;
             const double on = phi + all * (rows_[i].s - s) / (rows_[end].s - s);
-            if (abs(lift(rows_[i].x, on) - on) > crossing_tuning::straight) return false;
+            if (abs(lift(rows_[i].x, on) - on) > CrossingTuning::straight) return false;
         }
         return true;
     }

@@ -79,13 +79,15 @@ struct PlacedDirections {
     Directions<T> angles;
 };
 
-namespace curve_tuning {
-inline constexpr double inside = 1e-9;  // of a stretch: distance from its end to evaluate the joints' limit
-inline constexpr double there = 1e-5;   // rad: joints this near to the limit have reached it
-/// Sine of a hinge that is 0 at an end of its stretch, below which the joints next to it are read between the
-/// ends: the directions are no longer than this, and round to 2e-15.
-inline constexpr double shut = 3e-6;
-}  // namespace curve_tuning
+/// Parameters of the curve of a plan.
+struct CurveTuning {
+    static constexpr double inside =
+        1e-9;  // of a stretch: distance from its end to evaluate the joints' limit
+    static constexpr double there = 1e-5;  // rad: joints this near to the limit have reached it
+    /// Sine of a hinge that is 0 at an end of its stretch, below which the joints next to it are read between
+    /// the ends: the directions are no longer than this, and round to 2e-15.
+    static constexpr double shut = 3e-6;
+};
 
 /// Whether the range of joint j is at least 2 pi, so that one angle may fit in two revolutions.
 inline bool has_a_turn(const Limits& limits, int j) noexcept {
@@ -158,7 +160,7 @@ struct Curve {
         PlacedDirections<double> here = place(x, s, value);
         const bool shut = singular_hinge(x, x.q) >= 0 || singular_hinge(x, x.q_end) >= 0;
         keep_shares(arm, here.motion, here.phi, static_cast<int>(x.lead), near, here.angles,
-                    shut ? curve_tuning::shut : tolerance::one_axis);
+                    shut ? CurveTuning::shut : tolerance::one_axis);
         const Joints q = joints_within_limits(arm, here.angles, near);
         for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
         for (int j = 0; j < joints; ++j)  // another turn may hold too, but the curve would jump
@@ -220,7 +222,7 @@ struct Curve {
     /// Whether joint 2 (h = 0) or joint 6 (h = 1) is so near to 0 or pi at s that the angles of the joints
     /// before and after it lose digits.
     bool barely_open(const Stretch& x, double s, int h) const noexcept {
-        return makes_one_axis(place(x, s, phi_at(x, s)).angles, hinge_joint[h], curve_tuning::shut);
+        return makes_one_axis(place(x, s, phi_at(x, s)).angles, hinge_joint[h], CurveTuning::shut);
     }
 
     /// Replaces in d the directions of the neighbours of joint 2 or 6 (h: 0, 1), at an end s where that joint
@@ -368,7 +370,7 @@ namespace detail {
 inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last, const double* near,
                                  double psi) noexcept {
     const double s = last ? x.end : x.start,
-                 way = (last ? -1.0 : 1.0) * curve_tuning::inside * (x.end - x.start);
+                 way = (last ? -1.0 : 1.0) * CurveTuning::inside * (x.end - x.start);
     const PlacedPosture here = curve.solve(x, s, phi_at(x, s), near, psi);
     if (const int h = curve.singular_hinge(x, here.q); h >= 0) {
         Directions<Jet<double, 0>> d;
@@ -378,7 +380,7 @@ inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last
         for (const int j : {pivot_joint[2 * h], pivot_joint[2 * h + 1]}) {
             const double theta = atan2(d.y[j].value(), d.x[j].value());
             const double q = lift(to_q(curve.arm, j, theta), near[j]);
-            if (last || abs(q - near[j]) > curve_tuning::there) limit[j] = q;
+            if (last || abs(q - near[j]) > CurveTuning::there) limit[j] = q;
         }
         return curve.solve(x, s, phi_at(x, s), limit, psi);
     }
@@ -390,7 +392,7 @@ inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last
     double limit[joints];
     for (int j = 0; j < joints; ++j) {
         limit[j] = 2 * beside.q[j] - off.q[j];
-        if (abs(limit[j] - near[j]) <= curve_tuning::there) limit[j] = near[j];
+        if (abs(limit[j] - near[j]) <= CurveTuning::there) limit[j] = near[j];
     }
     return curve.solve(x, s, phi_at(x, s), limit, psi);
 }

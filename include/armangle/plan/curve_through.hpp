@@ -16,15 +16,17 @@
 
 namespace armangle {
 
-namespace curve_through_tuning {
-inline constexpr double near = 0.35;    // |sin| of theta_2, theta_6 up to which the pivot next to it may lead
-inline constexpr double shut = 1e-6;    // |sin| of these near which phi has no usable rate
-inline constexpr double swing = 0.002;  // share of the move from row to row by which a joint may deviate
-inline constexpr double calmer = 0.9;   // largest share of a deviation that leading may leave
-inline constexpr double round = 0.5;    // rad: a led stretch lets no joint deviate farther
-inline constexpr double there = 1e-5;   // rad: distance of a led stretch's ends from its rows
-inline constexpr double looks[] = {1e-6, 1e-4, 0.003, 0.03, 0.1, 0.25, 0.5, 0.75, 0.9, 0.97, 0.997};
-}  // namespace curve_through_tuning
+/// Parameters of the curve through given rows.
+struct CurveThroughTuning {
+    static constexpr double near =
+        0.35;  // |sin| of theta_2, theta_6 up to which the pivot next to it may lead
+    static constexpr double shut = 1e-6;    // |sin| of these near which phi has no usable rate
+    static constexpr double swing = 0.002;  // share of the move from row to row by which a joint may deviate
+    static constexpr double calmer = 0.9;   // largest share of a deviation that leading may leave
+    static constexpr double round = 0.5;    // rad: a led stretch lets no joint deviate farther
+    static constexpr double there = 1e-5;   // rad: distance of a led stretch's ends from its rows
+    static constexpr double looks[] = {1e-6, 1e-4, 0.003, 0.03, 0.1, 0.25, 0.5, 0.75, 0.9, 0.97, 0.997};
+};
 
 /// If an arm has its own chain, this is the curve of the nominal arm, and the true joint leads.
 struct CurveThrough {
@@ -80,7 +82,7 @@ private:
     static double swing(const Curve& curve, const Corrected& corrected, const Stretch& x,
                         const double* q) noexcept {
         double most = 0;
-        for (const double share : curve_through_tuning::looks) {
+        for (const double share : CurveThroughTuning::looks) {
             double straight[joints];
             for (int j = 0; j < joints; ++j) straight[j] = q[j] + share * (q[joints + j] - q[j]);
             const double off = off_at(curve, corrected, x, straight, share);
@@ -109,8 +111,8 @@ private:
     template <class Corrected>
     static bool meets_rows(const Curve& curve, const Corrected& corrected, const double* q,
                            const Stretch& x) noexcept {
-        return off_at(curve, corrected, x, q, 0.0) <= curve_through_tuning::there &&
-               off_at(curve, corrected, x, q + joints, 1.0) <= curve_through_tuning::there;
+        return off_at(curve, corrected, x, q, 0.0) <= CurveThroughTuning::there &&
+               off_at(curve, corrected, x, q + joints, 1.0) <= CurveThroughTuning::there;
     }
 
     /// Makes a neighbour of joint 2 or 6 lead stretch x between two rows q, stored one after the other, if
@@ -126,14 +128,14 @@ private:
             open[h] = min(opened(q), opened(q + joints));
         }
         const int nearer = open[0] <= open[1] ? 0 : 1;
-        if (open[nearer] > curve_through_tuning::near) return;
-        const bool shut = open[nearer] <= curve_through_tuning::shut || !meets_rows(curve, corrected, q, x);
+        if (open[nearer] > CurveThroughTuning::near) return;
+        const bool shut = open[nearer] <= CurveThroughTuning::shut || !meets_rows(curve, corrected, q, x);
         const double before = swing(curve, corrected, x, q),
-                     few = curve_through_tuning::swing * detail::largest_move(q, q + joints);
+                     few = CurveThroughTuning::swing * detail::largest_move(q, q + joints);
         if (!shut && before <= few) return;
-        const double most = shut ? infinity : curve_through_tuning::calmer * before;
+        const double most = shut ? infinity : CurveThroughTuning::calmer * before;
         if (lead(curve, corrected, nearer, q, most, x)) return;
-        if (open[1 - nearer] <= curve_through_tuning::near) lead(curve, corrected, 1 - nearer, q, most, x);
+        if (open[1 - nearer] <= CurveThroughTuning::near) lead(curve, corrected, 1 - nearer, q, most, x);
     }
 
     /// Makes the neighbour of joint 2 or 6 (h: 0, 1) lead stretch x between two rows q, stored one after the
@@ -151,7 +153,7 @@ private:
         for (const double side : {-1.0, 1.0}) {
             led.side = side;
             if (!meets_rows(curve, corrected, q, led)) continue;
-            if (!(swing(curve, corrected, led, q) <= min(most, curve_through_tuning::round))) continue;
+            if (!(swing(curve, corrected, led, q) <= min(most, CurveThroughTuning::round))) continue;
             x = led;
             return true;
         }

@@ -19,27 +19,28 @@
 
 namespace armangle {
 
-namespace descent_tuning {
-inline constexpr int rounds = 60;
-inline constexpr double step = 0.4;    // largest change of phi in one round (rad)
-inline constexpr double done = 1e-9;   // share of the objective that another step would still save
-inline constexpr double rough = 1e-4;  // the same if curves are only compared
-inline constexpr double tiny = 1e-12;  // a smaller objective counts as 0
-/// r of the cost that enforces limits whatever the weights (rad), and of thicker walls, used if a curve slips
-/// through between its Gauss points.
-inline constexpr double wall[] = {1e-4, 1e-3, 1e-2};
-inline constexpr double soft[] = {1e-2, 1e-3};  // the same if the wall is too steep to slide along
-inline constexpr double before = 0.02;          // ... and the distance at which it begins (rad)
-inline constexpr double sharp = 1e-4;           // share of the objective that more knots may still save
-inline constexpr double even = 4;      // an integrand that varies by less on an interval is integrated well
-inline constexpr double small = 5e-3;  // and one with a smaller share of the objective
-inline constexpr int levels = 6;       // halvings of an interval
-/// Largest product of rounds and intervals for the descents of one curve, over ten times the usual number. A
-/// norm has a kink where joints come to rest, about which Newton's method may oscillate.
-inline constexpr long long work = 5000;
-inline constexpr std::size_t points = 4;           // of an interval, unless segments cut it
-inline constexpr std::size_t most_points = 20000;  // of a curve: beyond, an interval has one
-}  // namespace descent_tuning
+/// Parameters of the descent to the curve of least objective.
+struct DescentTuning {
+    static constexpr int rounds = 60;
+    static constexpr double step = 0.4;    // largest change of phi in one round (rad)
+    static constexpr double done = 1e-9;   // share of the objective that another step would still save
+    static constexpr double rough = 1e-4;  // the same if curves are only compared
+    static constexpr double tiny = 1e-12;  // a smaller objective counts as 0
+    /// r of the cost that enforces limits whatever the weights (rad), and of thicker walls, used if a curve
+    /// slips through between its Gauss points.
+    static constexpr double wall[] = {1e-4, 1e-3, 1e-2};
+    static constexpr double soft[] = {1e-2, 1e-3};  // the same if the wall is too steep to slide along
+    static constexpr double before = 0.02;          // ... and the distance at which it begins (rad)
+    static constexpr double sharp = 1e-4;           // share of the objective that more knots may still save
+    static constexpr double even = 4;  // an integrand that varies by less on an interval is integrated well
+    static constexpr double small = 5e-3;  // and one with a smaller share of the objective
+    static constexpr int levels = 6;       // halvings of an interval
+    /// Largest product of rounds and intervals for the descents of one curve, over ten times the usual
+    /// number. A norm has a kink where joints come to rest, about which Newton's method may oscillate.
+    static constexpr long long work = 5000;
+    static constexpr std::size_t points = 4;           // of an interval, unless segments cut it
+    static constexpr std::size_t most_points = 20000;  // of a curve: beyond, an interval has one
+};
 
 namespace detail {
 
@@ -120,10 +121,10 @@ struct Quadrature {
 /// Computes the Gauss points of all intervals. If `cut`, no interval crosses the end of a segment, where the
 /// path's velocity jumps. points: per interval, 1 to 4; one if all would be more than `most_points`.
 inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>& breaks, bool cut,
-                             std::size_t points = descent_tuning::points) {
+                             std::size_t points = DescentTuning::points) {
     using detail::SeriesInS;
     Quadrature out{breaks, {}, {}};
-    const bool many = breaks.size() * descent_tuning::points > descent_tuning::most_points;
+    const bool many = breaks.size() * DescentTuning::points > DescentTuning::most_points;
     std::vector<double> ends;
     std::size_t next = 0;
     for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
@@ -180,10 +181,10 @@ struct FixedEnds {
 /// Minimizes the objective over curves of one branch.
 class Descent {
 public:
-    /// Keeps references to task and objective, and a copy of `ends`; `wall` is one of descent_tuning::wall
+    /// Keeps references to task and objective, and a copy of `ends`; `wall` is one of DescentTuning::wall
     /// (rad). No curve is set yet.
     Descent(const Task& task, const Objective& objective, const FixedEnds& ends,
-            double wall = descent_tuning::wall[0])
+            double wall = DescentTuning::wall[0])
         : task_(task), objective_(objective), ends_(ends), asked_wall_(wall), wall_(wall) {}
 
     /// Starts at a curve on the breaks of the quadrature; false if it violates limits.
@@ -211,11 +212,11 @@ public:
         if (go_down(done, work) || work <= 0) return;
         const std::vector<double> stopped = control_;
         const double least = here_.energy;
-        for (const double wall : descent_tuning::soft) {
+        for (const double wall : DescentTuning::soft) {
             if (!(wall > asked_wall_)) continue;
             wall_ = wall;
             assemble<2>(control_, here_);
-            go_down(descent_tuning::rough, work);
+            go_down(DescentTuning::rough, work);
         }
         wall_ = asked_wall_;
         if (assemble<2>(control_, here_)) go_down(done, work);
@@ -229,7 +230,7 @@ public:
     /// curve is no minimum.
     double stationarity() {
         if (!solve(0)) return infinity;
-        return saving_ / max(here_.energy, descent_tuning::tiny);
+        return saving_ / max(here_.energy, DescentTuning::tiny);
     }
 
     /// The breaks of s, with those intervals halved on which the spline bends too sharply for its knots, or
@@ -248,7 +249,7 @@ public:
             third[i] = 6 * cubic / (h * h * h);
         }
         const double allowed =
-            descent_tuning::sharp * max(here_.energy, descent_tuning::tiny) / static_cast<double>(n);
+            DescentTuning::sharp * max(here_.energy, DescentTuning::tiny) / static_cast<double>(n);
         for (std::size_t i = 0; i < n; ++i) {
             out.push_back(breaks[i]);
             const double h = breaks[i + 1] - breaks[i];
@@ -258,7 +259,7 @@ public:
             const Interior& f = here_.interior[i];
             const bool bends = f.stiffness * h * slope * slope > allowed;
             const bool rises =
-                f.most > descent_tuning::even * f.least && f.most * h > descent_tuning::small * energy();
+                f.most > DescentTuning::even * f.least && f.most * h > DescentTuning::small * energy();
             if (h > narrowest && (bends || rises)) out.push_back(breaks[i] + 0.5 * h);
         }
         out.push_back(breaks.back());
@@ -270,14 +271,14 @@ private:
     /// the number of its breaks from `work`. False if that was not reached before rounds or work were spent.
     bool go_down(double done, long long& work) {
         double damping = 1e-3;
-        for (int round = 0; round < descent_tuning::rounds && damping < 1e9 && work > 0; ++round) {
+        for (int round = 0; round < DescentTuning::rounds && damping < 1e9 && work > 0; ++round) {
             task_.pass_checkpoint();
             work -= static_cast<long long>(quadrature_->breaks.size());
             if (!solve(damping)) {
                 damping *= 10;
                 continue;
             }
-            if (saving_ <= done * max(here_.energy, descent_tuning::tiny)) return true;
+            if (saving_ <= done * max(here_.energy, DescentTuning::tiny)) return true;
             damping = advance() ? max(damping * 0.1, 1e-9) : damping * 10;
         }
         return false;
@@ -449,17 +450,17 @@ bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const
         }
     };
     const auto wall = [this](const Curved& distance) {
-        const Curved held = max(distance, Curved(descent_tuning::tiny));
-        const Curved near = Curved(wall_) / held - Curved(wall_ / descent_tuning::before);
+        const Curved held = max(distance, Curved(DescentTuning::tiny));
+        const Curved near = Curved(wall_) / held - Curved(wall_ / DescentTuning::before);
         return Curved(wall_weight()) * near * near;
     };
     distances(task_, joint, [&](const Curved& distance, Kind kind) {
         if (!(distance.value() > 0)) inside = false;
         if (weight(objective_, kind) > 0) f.margin = min(f.margin, distance.value());
-        if (!(distance.value() < max(objective_.enough, descent_tuning::before))) return;
+        if (!(distance.value() < max(objective_.enough, DescentTuning::before))) return;
         const Curved near = cost(distance, kind, objective_.enough);
         Curved sum = Curved(weight(objective_, kind)) * near;
-        if (distance.value() < descent_tuning::before) sum = sum + wall(distance);
+        if (distance.value() < DescentTuning::before) sum = sum + wall(distance);
         add(sum);
         (kind == Kind::limit ? terms.limits : terms.singularities) += p.weight * scale * near.value();
     });
@@ -471,7 +472,7 @@ bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const
         for (const double distance : {here - arc.lower, arc.upper - here}) {
             if (!(here > arc.lower && here < arc.upper)) continue;
             open = true;
-            if (!(distance < descent_tuning::before)) continue;
+            if (!(distance < DescentTuning::before)) continue;
             Curved off(distance);
             if constexpr (Order == 2) off.coefficient[1] = distance == here - arc.lower ? 1.0 : -1.0;
             add(wall(off));
@@ -541,7 +542,7 @@ inline bool Descent::solve(double damping) {
         for (std::size_t k = std::min<std::size_t>(i, 3) + 1; k-- > 0;) {
             const std::size_t j = i - k;
             double sum = here_.band[i][k];
-            if (k == 0) sum += damping * abs(sum) + descent_tuning::tiny;
+            if (k == 0) sum += damping * abs(sum) + DescentTuning::tiny;
             if (fixed(i) || fixed(j)) sum = k == 0 ? 1.0 : 0.0;
             for (std::size_t m = i > 3 ? i - 3 : 0; m < j; ++m)
                 if (j - m <= 3) sum -= factor_[i][i - m] * factor_[m][0] * factor_[j][j - m];
@@ -572,7 +573,7 @@ inline bool Descent::solve(double damping) {
 inline bool Descent::advance() {
     double most = 0;
     for (const double x : step_) most = max(most, abs(x));
-    double share = min(1.0, descent_tuning::step / most);
+    double share = min(1.0, DescentTuning::step / most);
     for (int half = 0; half < 5; ++half, share *= 0.5) {
         tried_ = control_;
         for (std::size_t i = 0; i < tried_.size(); ++i) tried_[i] += share * step_[i];

@@ -131,12 +131,13 @@ inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<doubl
 
 }  // namespace detail
 
-namespace diagnose_tuning {
-inline constexpr int between = 4;      // self-motions sampled between two sections
-inline constexpr int golden = 30;      // golden-section steps about the worst of them
-inline constexpr double spare = 0.01;  // share of an opening that is added to it ...
-inline constexpr double least = 1e-6;  // ... and the least amount added (rad)
-}  // namespace diagnose_tuning
+/// Parameters of the reason why a branch has no path.
+struct DiagnoseTuning {
+    static constexpr int between = 4;      // self-motions sampled between two sections
+    static constexpr int golden = 30;      // golden-section steps about the worst of them
+    static constexpr double spare = 0.01;  // share of an opening that is added to it ...
+    static constexpr double least = 1e-6;  // ... and the least amount added (rad)
+};
 
 namespace detail {
 
@@ -155,7 +156,7 @@ public:
     double of(int joint, bool upper) const {
         double most = opening(task_, motions_[empty_], joint, upper);
         std::size_t worst = empty_;
-        const auto spared = [&] { return most * (1 + diagnose_tuning::spare) + diagnose_tuning::least; };
+        const auto spared = [&] { return most * (1 + DiagnoseTuning::spare) + DiagnoseTuning::least; };
         for (bool all = false; !all && most < infinity;) {
             all = true;
             LimitTable table = moved_out(joint, upper, spared());
@@ -195,7 +196,7 @@ private:
         };
         double left = high - share * (high - low), right = low + share * (high - low);
         double at_left = here(left), at_right = here(right);
-        for (int i = 0; i < diagnose_tuning::golden; ++i) {
+        for (int i = 0; i < DiagnoseTuning::golden; ++i) {
             if (at_left > at_right) {
                 high = right;
                 right = left;
@@ -244,8 +245,8 @@ inline void explain_limits(const Task& task, const Tube& tube, std::size_t from,
         if (k + 1 == tube.sections.size()) break;
         const Section& next = tube.sections[k + 1];
         if (x.status == Status::OK && next.status == Status::OK) continue;
-        for (int i = 1; i < diagnose_tuning::between; ++i) {
-            s.push_back(x.s + (next.s - x.s) * i / diagnose_tuning::between);
+        for (int i = 1; i < DiagnoseTuning::between; ++i) {
+            s.push_back(x.s + (next.s - x.s) * i / DiagnoseTuning::between);
             motions.push_back(self_motion(task.arm, task.circle_at(s.back()), configuration(tube.gc)));
         }
     }

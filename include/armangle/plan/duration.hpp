@@ -18,12 +18,13 @@
 
 namespace armangle {
 
-namespace duration_tuning {
-inline constexpr double places = 400;  // intervals of s ...
-inline constexpr double least = 8;     // ... and of a stretch: near an end that is left fast they are short
-inline constexpr int halvings = 50;    // bisections of an interval of y
-inline constexpr double most = 1e12;   // y if no joint moves (1/s^2)
-}  // namespace duration_tuning
+/// Parameters of the least duration of a curve.
+struct DurationTuning {
+    static constexpr double places = 400;  // intervals of s ...
+    static constexpr double least = 8;   // ... and of a stretch: near an end that is left fast they are short
+    static constexpr int halvings = 50;  // bisections of an interval of y
+    static constexpr double most = 1e12;  // y if no joint moves (1/s^2)
+};
 
 /// Bounds of the joints; both may be infinite.
 struct JointBounds {
@@ -50,7 +51,7 @@ inline Pull pull(const Bend& bend, const JointBounds& bounds, double y) noexcept
         const double a = bounds.acceleration[j];
         if (!(a < infinity)) continue;
         const double slope = abs(bend.first[j]), along = bend.first[j] < 0 ? -bend.second[j] : bend.second[j];
-        if (slope * duration_tuning::most > a) {
+        if (slope * DurationTuning::most > a) {
             out.least = max(out.least, (-a - along * y) / slope);
             out.most = min(out.most, (a - along * y) / slope);
         } else if (abs(along) * y > a) {
@@ -62,7 +63,7 @@ inline Pull pull(const Bend& bend, const JointBounds& bounds, double y) noexcept
 
 /// The greatest y = (ds/dt)^2 that the velocity bounds permit.
 inline double velocity_cap(const Bend& bend, const JointBounds& bounds) noexcept {
-    double out = duration_tuning::most;
+    double out = DurationTuning::most;
     for (int j = 0; j < joints; ++j) {
         const double speed = bounds.velocity[j] / abs(bend.first[j]);
         if (speed * speed < out) out = speed * speed;
@@ -80,7 +81,7 @@ inline double leading_on(const Bend& bend, const JointBounds& bounds, double cap
     };
     if (leads(cap)) return cap;
     double low = 0, high = cap;
-    for (int i = 0; i < duration_tuning::halvings; ++i) {
+    for (int i = 0; i < DurationTuning::halvings; ++i) {
         const double middle = 0.5 * (low + high);
         (leads(middle) ? low : high) = middle;
     }
@@ -94,7 +95,7 @@ template <class AnyCurve>
 double duration(const AnyCurve& curve, const JointBounds& bounds) {
     std::vector<double> at;
     for (const Stretch& x : curve.stretches) {
-        const double parts = max(duration_tuning::least, ceil(duration_tuning::places * (x.end - x.start)));
+        const double parts = max(DurationTuning::least, ceil(DurationTuning::places * (x.end - x.start)));
         for (double k = 0; k < parts; ++k) at.push_back(x.start + (x.end - x.start) * k / parts);
     }
     at.push_back(curve.stretches.back().end);

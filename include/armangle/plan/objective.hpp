@@ -42,12 +42,13 @@ struct Terms {
     }
 };
 
-namespace objective_tuning {
-inline constexpr double reference = 0.2;  // r of the cost (rad)
-inline constexpr double floor = 0.02;     // below this distance the cost is its tangent (rad) ...
-inline constexpr double home = 0.1;       // ... and below this one from a singularity
-inline constexpr double still = 1e-6;     // time for a unit of s without motion: keeps the pace smooth (s)
-}  // namespace objective_tuning
+/// Parameters of the objective of a plan.
+struct ObjectiveTuning {
+    static constexpr double reference = 0.2;  // r of the cost (rad)
+    static constexpr double floor = 0.02;     // below this distance the cost is its tangent (rad) ...
+    static constexpr double home = 0.1;       // ... and below this one from a singularity
+    static constexpr double still = 1e-6;  // time for a unit of s without motion: keeps the pace smooth (s)
+};
 
 /// The typical speed (rad/s) of a joint on a path that turns the arm by `length` (rad): its greatest, or the
 /// speed that it reaches with this acceleration over that distance.
@@ -59,7 +60,7 @@ inline double joint_speed(double velocity, double acceleration, double length) n
 /// each joint for a radian. It is the largest time of a joint, as the smooth norm of order 8 of all, which is
 /// up to 28 % more.
 inline double pace_to_8(const double* slowness, const double* rate) noexcept {
-    const double least = objective_tuning::still * objective_tuning::still;
+    const double least = ObjectiveTuning::still * ObjectiveTuning::still;
     double sum = least * least * least * least;
     for (int j = 0; j < joints; ++j) {
         const double x = slowness[j] * rate[j], square = x * x;
@@ -105,12 +106,12 @@ inline double weight(const Objective& objective, Kind kind) noexcept {
 /// theta_6 = 0.
 template <class T>
 T cost(const T& distance, Kind kind, double enough) noexcept {
-    if (!(distance < T(enough)) || enough <= objective_tuning::floor) return T(0.0);
+    if (!(distance < T(enough)) || enough <= ObjectiveTuning::floor) return T(0.0);
     const double floor =
-        kind == Kind::limit ? objective_tuning::floor : min(objective_tuning::home, 0.5 * enough);
+        kind == Kind::limit ? ObjectiveTuning::floor : min(ObjectiveTuning::home, 0.5 * enough);
     const T held = max(distance, T(floor));
-    const T share = T(objective_tuning::reference) / held;
-    const T near = share - T(objective_tuning::reference / enough);
+    const T share = T(ObjectiveTuning::reference) / held;
+    const T near = share - T(ObjectiveTuning::reference / enough);
     return near * near + T(2.0) * near * share * (held - distance) / held;
 }
 

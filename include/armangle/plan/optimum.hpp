@@ -10,13 +10,14 @@
 
 namespace armangle {
 
-namespace optimum_tuning {
-inline constexpr int coarse = 12;    // intervals of the curves of branches that are compared ...
-inline constexpr int middling = 48;  // ... and if such a curve violates the limits
-inline constexpr double beside[] = {1e-4, 1e-3, 5e-3,
-                                    0.02};  // of a fixed end: more breaks, because it may be left fast
-inline constexpr double narrowest = 1e-4;   // intervals up to this length are not halved (of s)
-}  // namespace optimum_tuning
+/// Parameters of the search of a branch's best curve.
+struct OptimumTuning {
+    static constexpr int coarse = 12;    // intervals of the curves of branches that are compared ...
+    static constexpr int middling = 48;  // ... and if such a curve violates the limits
+    static constexpr double beside[] = {1e-4, 1e-3, 5e-3,
+                                        0.02};  // of a fixed end: more breaks, because it may be left fast
+    static constexpr double narrowest = 1e-4;   // intervals up to this length are not halved (of s)
+};
 
 /// A curve of a branch with its rating.
 struct Optimum {
@@ -48,11 +49,11 @@ inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
 /// Breaks of s from 0 to 1: equal intervals, and more breaks near a fixed end.
 inline std::vector<double> breaks(int intervals, const FixedEnds& ends) {
     std::vector<double> out{0.0};
-    for (const double s : optimum_tuning::beside)
+    for (const double s : OptimumTuning::beside)
         if (ends.first) out.push_back(s);
     for (int i = 1; i < intervals; ++i) out.push_back(static_cast<double>(i) / intervals);
-    for (std::size_t i = std::size(optimum_tuning::beside); i-- > 0;)
-        if (ends.last) out.push_back(1.0 - optimum_tuning::beside[i]);
+    for (std::size_t i = std::size(OptimumTuning::beside); i-- > 0;)
+        if (ends.last) out.push_back(1.0 - OptimumTuning::beside[i]);
     out.push_back(1.0);
     return out;
 }
@@ -71,20 +72,20 @@ inline Optimum as_it_is(const Task& task, const Objective& objective, int gc, co
 }
 
 /// The minimum next to a curve, on as many knots as its bends need. Not found if the curve itself violates
-/// limits. wall: one of descent_tuning::wall.
+/// limits. wall: one of DescentTuning::wall.
 inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc, FixedEnds ends, Spline now,
                             double wall) {
     Optimum out;
-    long long work = descent_tuning::work;
-    for (int level = 0; level <= descent_tuning::levels && work > 0; ++level) {
+    long long work = DescentTuning::work;
+    for (int level = 0; level <= DescentTuning::levels && work > 0; ++level) {
         const Quadrature q = quadrature(task, gc, now.breaks, true);
         Descent descent(task, objective, ends, wall);
         if (!descent.stand(q, now.control)) break;
-        descent.run(descent_tuning::done, work);
+        descent.run(DescentTuning::done, work);
         now.control = descent.control();
         out = detail::result(descent, now.breaks);
         std::copy(out.q, out.q + joints, ends.q);
-        std::vector<double> finer = descent.finer(optimum_tuning::narrowest);
+        std::vector<double> finer = descent.finer(OptimumTuning::narrowest);
         if (finer.size() == now.breaks.size()) break;
         now = refined(now, finer);
     }
@@ -98,12 +99,12 @@ inline Optimum coarse_optimum(const Task& task, const Objective& objective, int 
     const auto drawn = [&](const std::vector<double>& breaks) {
         return detail::BranchSearch<TaskFamily>::drawn(branch, breaks);
     };
-    for (const int intervals : {optimum_tuning::coarse, optimum_tuning::middling}) {
+    for (const int intervals : {OptimumTuning::coarse, OptimumTuning::middling}) {
         const Quadrature q = quadrature(task, gc, detail::breaks(intervals, ends), false);
         Descent descent(task, objective, ends);
         if (!descent.stand(q, drawn(q.breaks).control)) continue;
-        long long work = descent_tuning::work;
-        descent.run(descent_tuning::rough, work);
+        long long work = DescentTuning::work;
+        descent.run(DescentTuning::rough, work);
         return detail::result(descent, q.breaks);
     }
     return as_it_is(task, objective, gc, ends, drawn({}));

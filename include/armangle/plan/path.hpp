@@ -51,11 +51,12 @@ struct Segment {
 /// The number of doubles of a segment, for storing it in an array.
 inline constexpr std::size_t segment_width = sizeof(Segment) / sizeof(double);
 
-namespace path_tuning {
-inline constexpr double radian = 0.2;      // m that count as one radian in the size of a motion
-inline constexpr double off = 3.0 / 16.0;  // greatest min(1 - e, h): deviation of a blend per cut
-inline constexpr double apart = 1e-9;      // m and rad: segments with a larger gap do not join
-}  // namespace path_tuning
+/// Parameters of paths of the end effector.
+struct PathTuning {
+    static constexpr double radian = 0.2;      // m that count as one radian in the size of a motion
+    static constexpr double off = 3.0 / 16.0;  // greatest min(1 - e, h): deviation of a blend per cut
+    static constexpr double apart = 1e-9;      // m and rad: segments with a larger gap do not join
+};
 
 /// The progress e(u) of the motion that ends in a blend.
 template <class T>
@@ -278,9 +279,9 @@ inline double largest_angle(const Segment& g) noexcept {
 /// its roll.
 inline double size(const Segment& g) noexcept {
     const auto of = [](const Motion& w) {
-        return norm(Vec3<double>{length(w), path_tuning::radian * turn(w), 0});
+        return norm(Vec3<double>{length(w), PathTuning::radian * turn(w), 0});
     };
-    return of(g.motion) + (g.blended != 0 ? of(g.next) : 0.0) + path_tuning::radian * abs(g.rolled);
+    return of(g.motion) + (g.blended != 0 ? of(g.next) : 0.0) + PathTuning::radian * abs(g.rolled);
 }
 
 namespace detail {
@@ -364,10 +365,10 @@ inline Joined joined(std::span<const Segment> given, std::span<const double> rad
         const Pose<double> corner = pose_at(after, after.start),
                            middle = pose_at(blend, 0.5 * (blend.start + blend.end));
         out.off_position = max(max(out.off_position, norm(middle.position - corner.position)),
-                               path_tuning::off * max(length(blend.motion), length(blend.next)));
+                               PathTuning::off * max(length(blend.motion), length(blend.next)));
         out.off_rotation =
             max(max(out.off_rotation, shortest_rotation(middle.rotation, corner.rotation).angle),
-                path_tuning::off * max(turn(blend.motion), turn(blend.next)));
+                PathTuning::off * max(turn(blend.motion), turn(blend.next)));
         out.segments.push_back(blend);
         before = taken;
     }

@@ -130,7 +130,7 @@ public:
             clear = min(clear, singularity_distance(task_.arm, q));
         out.elsewhere = !is_of(now.theta, tube.gc);
         if (out.elsewhere) return out;
-        if (most > tolerance::angle && clear < proof::least_margin) return out;
+        if (most > tolerance::angle && clear < CurveProofTuning::least_margin) return out;
         out.gap = most;
         if (!open(l.s, l.motion, out.phi, out)) return out;
         const bool within = within_limits(task_.limits, out.q, tolerance::angle);

@@ -31,18 +31,23 @@
 
 namespace armangle {
 
-namespace plan_tuning {
-inline constexpr int rounds = 4;            // of new sections where the proof found a violation
-inline constexpr int crossing_rounds = 10;  // the same for a path through several branches
-/// Links tried per section of a path through several branches, before its search is given up.
-inline constexpr long long links = 300000;
-inline constexpr long long least_sections = 250;  // a short path may try as many as this one
-inline constexpr double of_wish[] = {1, 0.1, 0};  // weights of psi's target tried in a path through branches
-inline constexpr double tie = 1e-6;               // margins closer than this are equal (rad)
-inline constexpr double end_step =
-    1e-9;  // of the first (last) stretch: distance of the sample nearest to an end
-inline constexpr double end_off = 1e-7;  // error of joints at the end itself (rad), by rounding
-}  // namespace plan_tuning
+/// Parameters of plans of an exact arm.
+struct PlanTuning {
+    static constexpr int rounds = 4;            // of new sections where the proof found a violation
+    static constexpr int crossing_rounds = 10;  // the same for a path through several branches
+    /// Links tried per section of a path through several branches, before its search is given up.
+    static constexpr long long links = 300000;
+    static constexpr long long least_sections = 250;  // a short path may try as many as this one
+    static constexpr double of_wish[] = {1, 0.1,
+                                         0};  // weights of psi's target tried in a path through branches
+    static constexpr double tie = 1e-6;       // margins closer than this are equal (rad)
+    static constexpr double end_step =
+        1e-9;  // of the first (last) stretch: distance of the sample nearest to an end
+    static constexpr double end_off = 1e-7;  // error of joints at the end itself (rad), by rounding
+    /// Alternatives tried if duration is weighed, besides a plan without it: its weight next to a weight of
+    /// travel that is at least this share of it.
+    static constexpr double calm[] = {0, 0.1, 1};
+};
 
 namespace detail {
 
@@ -50,7 +55,7 @@ namespace detail {
 inline void tidy(std::vector<double>& s) {
     std::sort(s.begin(), s.end());
     s.erase(std::unique(s.begin(), s.end(),
-                        [](double a, double b) { return b - a <= tube_parameter_tuning::same; }),
+                        [](double a, double b) { return b - a <= TubeParameterTuning::same; }),
             s.end());
     s.front() = 0;
     s.back() = 1;
@@ -148,7 +153,7 @@ private:
     bool touches(const double* q, double s) const noexcept {
         if (!q || !task_.scenes) return false;
         StraightMove at(task_.arm, task_.scenes.at(s));
-        return at.nearest_pair(q, straight_move_tuning::slack).room < straight_move_tuning::slack;
+        return at.nearest_pair(q, StraightMoveTuning::slack).room < StraightMoveTuning::slack;
     }
 
     /// The options with joint 7 of both ends set to its fixed value, for an arm with free roll.
@@ -178,7 +183,7 @@ private:
         if (a.verdict != Verdict::ok) return a.reached > b.reached;
         if (a.cost != b.cost) return a.cost < b.cost;
         const double x = min(a.margin, a.elbow_margin), y = min(b.margin, b.elbow_margin);
-        if (abs(x - y) > plan_tuning::tie) return x > y;
+        if (abs(x - y) > PlanTuning::tie) return x > y;
         return a.margin > b.margin;
     }
 
@@ -291,8 +296,7 @@ private:
 
     /// The number of links that may be tried.
     long long allowance() const noexcept {
-        return plan_tuning::links *
-               std::max(static_cast<long long>(base_.size()), plan_tuning::least_sections);
+        return PlanTuning::links * std::max(static_cast<long long>(base_.size()), PlanTuning::least_sections);
     }
 
     /// Chooses the best branch with a proven curve; else the first without a violation; else a partial path.
@@ -350,7 +354,7 @@ private:
         const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
         const int locked = proven ? 0 : ends_.locked_joint();
         const bool margin = options_.singularity_margin > 0 && !locked;
-        if (margin || base_.size() > crossing_tuning::most_sections || (proven && free)) return;
+        if (margin || base_.size() > CrossingTuning::most_sections || (proven && free)) return;
         CrossingTask tried;
         for (const int elbow : {0, 2}) {
             const int meet = locked ? 5 : meeting(elbow);
@@ -395,7 +399,7 @@ private:
         links_ = allowance();
         Plan found;
         double end = 0;
-        for (int round = 0; round < plan_tuning::rounds; ++round) {
+        for (int round = 0; round < PlanTuning::rounds; ++round) {
             Plan drawn;
             if (!draw_crossing_once(asked, drawn) || leaps(asked.start, drawn, false)) break;
             double kept = drawn.stretches.back().end;
@@ -408,7 +412,7 @@ private:
                 found = std::move(drawn);
             }
             if (whole || asked.sections.size() == before ||
-                asked.sections.size() > crossing_tuning::most_sections)
+                asked.sections.size() > CrossingTuning::most_sections)
                 break;
         }
         std::erase_if(found.stretches, [end](const Stretch& x) { return x.end > end; });
@@ -450,18 +454,18 @@ private:
         std::vector<double> out;  // so the same path is found however few rows are requested
         for (std::size_t k = 0; k + 1 < base_.size(); ++k) {
             const double gap = base_[k + 1] - base_[k];
-            const int parts = static_cast<int>(std::ceil(gap / crossing_tuning::longest));
+            const int parts = static_cast<int>(std::ceil(gap / CrossingTuning::longest));
             for (int i = 0; i < parts; ++i) out.push_back(base_[k] + gap * i / parts);
         }
         out.push_back(1.0);
         const double first = out[1], last = 1.0 - out[out.size() - 2];
-        if (base_.size() <= plan_tuning::least_sections)
+        if (base_.size() <= PlanTuning::least_sections)
             for (const int gc : asked.branches) {
                 const Tube& t = surveyed_[gc].tube;
-                if (t.sections.size() > base_.size() + plan_tuning::least_sections) continue;
+                if (t.sections.size() > base_.size() + PlanTuning::least_sections) continue;
                 for (const Section& x : t.sections) out.push_back(x.s);
             }
-        for (const double share : crossing_tuning::beside) {
+        for (const double share : CrossingTuning::beside) {
             if (asked.start.given) out.push_back(share * first);
             if (asked.goal.given) out.push_back(1.0 - share * last);
         }
@@ -470,8 +474,8 @@ private:
                    to_shut =
                        asked.goal.given && singularity_sine(task_.arm, asked.goal.q) <= tolerance::one_axis;
         std::erase_if(out, [&](double s) {
-            return (from_shut && s > 0 && s < crossing_tuning::shut_step) ||
-                   (to_shut && s < 1 && 1 - s < crossing_tuning::shut_step);
+            return (from_shut && s > 0 && s < CrossingTuning::shut_step) ||
+                   (to_shut && s < 1 && 1 - s < CrossingTuning::shut_step);
         });
         tidy(out);
         return out;
@@ -505,13 +509,13 @@ private:
     /// Writes a curve that changes branches, proven or without a known violation, to `out`: draws it several
     /// times with more sections in `asked` where it violates a limit. False if that fails.
     bool draw_crossing(CrossingTask& asked, Plan& out) {
-        for (int round = 0; round < plan_tuning::crossing_rounds; ++round) {
+        for (int round = 0; round < PlanTuning::crossing_rounds; ++round) {
             if (!draw_crossing_once(asked, out)) return false;
             const bool held = !leaps(asked.start, out, false) && !leaps(asked.goal, out, true);
             if (held && (out.proof.certified() || out.proof.violated.empty())) return true;
             const std::size_t before = asked.sections.size();
             add_sections(out, asked.sections);
-            if (asked.sections.size() == before || asked.sections.size() > crossing_tuning::most_sections)
+            if (asked.sections.size() == before || asked.sections.size() > CrossingTuning::most_sections)
                 break;
         }
         return false;
@@ -522,7 +526,7 @@ private:
     /// target may need too much joint motion.
     bool draw_wished(const CrossingTask& asked, Plan& out) {
         bool any = false;
-        for (const double share : plan_tuning::of_wish) {
+        for (const double share : PlanTuning::of_wish) {
             if (share < 1 && !(asked.wish > 0)) break;
             CrossingTask some = asked;
             some.wish *= share;
@@ -624,9 +628,9 @@ private:
         if (!anchor.given) return false;
         const Curve drawn = curve(out);
         const Stretch& x = end ? out.stretches.back() : out.stretches.front();
-        const double inside = plan_tuning::end_step * (x.end - x.start);
+        const double inside = PlanTuning::end_step * (x.end - x.start);
         const auto off = [&](double s) { return largest_move(drawn.at(s).q, anchor.q); };
-        return !(off(end ? x.end : x.start) <= plan_tuning::end_off) ||
+        return !(off(end ? x.end : x.start) <= PlanTuning::end_off) ||
                !(off(end ? x.end - inside : x.start + inside) <= PlanEndsTuning::end_move);
     }
     /// Whether the curve begins and ends at the given joints.
@@ -638,7 +642,7 @@ private:
     /// false if it is not proven.
     bool optimise(const Spline& from, const Surveyed& mine, BranchReport& report, Plan& out) const {
         const AnchoredEnds& fixed = mine.ends;
-        for (const double wall : descent_tuning::wall) {
+        for (const double wall : DescentTuning::wall) {
             const Optimum best = fine_optimum(task_, options_.objective, report.gc, mine.fixed(), from, wall);
             if (!best.found()) return false;
             draw(report.gc, best, fixed.start.given ? fixed.start.q : best.q, report, out);
@@ -720,12 +724,6 @@ private:
 
 }  // namespace detail
 
-namespace plan_tuning {
-/// Alternatives tried if duration is weighed, besides a plan without it: its weight next to a weight of
-/// travel that is at least this share of it.
-inline constexpr double calm[] = {0, 0.1, 1};
-}  // namespace plan_tuning
-
 namespace detail {
 
 /// The plan of planned(options). If the objective weighs duration, alternatives are planned too: one without
@@ -744,7 +742,7 @@ Plan fastest(const PlanOptions& options, const Planned& planned, const CurveOf& 
     if (!(weight > 0) || !best.ok) return best;
     asked.objective.duration = weight;
     double least = takes(best);
-    for (const double calm : plan_tuning::calm) {
+    for (const double calm : PlanTuning::calm) {
         asked.objective.travel = max(options.objective.travel, calm * weight);
         Plan now = planned(asked);
         const double time = takes(now);

@@ -28,18 +28,19 @@ struct PassedLimit {
     std::size_t row = 0;  // among the given rows
 };
 
-namespace rows_within_tuning {
-inline constexpr int places = 24;        // between two rows, denser near these
-inline constexpr double kept = 2e-10;    // rad: a smaller violation counts as none
-inline constexpr double inside = 1.1;    // of the violation at the middle: distance inside of the new row
-inline constexpr int levels = 14;        // rows between rows
-inline constexpr int rounds = 6;         // of Newton's method for an arm angle
-inline constexpr double probe = 1e-6;    // rad, of psi: for a joint's slope ...
-inline constexpr double still = 1e-6;    // ... below which psi does not move the joint
-inline constexpr double step = 0.2;      // rad, of psi
-inline constexpr double near = 1e-3;     // rad: motion of joints between rows beyond the direct move
-inline constexpr int more_rows = 20000;  // at most
-}  // namespace rows_within_tuning
+/// Parameters of rows between the rows of a followed path.
+struct RowsWithinTuning {
+    static constexpr int places = 24;        // between two rows, denser near these
+    static constexpr double kept = 2e-10;    // rad: a smaller violation counts as none
+    static constexpr double inside = 1.1;    // of the violation at the middle: distance inside of the new row
+    static constexpr int levels = 14;        // rows between rows
+    static constexpr int rounds = 6;         // of Newton's method for an arm angle
+    static constexpr double probe = 1e-6;    // rad, of psi: for a joint's slope ...
+    static constexpr double still = 1e-6;    // ... below which psi does not move the joint
+    static constexpr double step = 0.2;      // rad, of psi
+    static constexpr double near = 1e-3;     // rad: motion of joints between rows beyond the direct move
+    static constexpr int more_rows = 20000;  // at most
+};
 
 namespace detail {
 
@@ -57,17 +58,17 @@ public:
     PassedLimit run() {
         const std::size_t n = rows_.size();
         for (std::size_t k = 0; k + 1 < n; ++k) gaps_.push_back({k, is_near(k)});
-        int left = rows_within_tuning::more_rows;
+        int left = RowsWithinTuning::more_rows;
         PassedLimit worst;
-        for (int level = 0; level <= rows_within_tuning::levels; ++level) {
+        for (int level = 0; level <= RowsWithinTuning::levels; ++level) {
             const auto at = draw_(rows_);
             std::vector<Between> found;
             for (std::size_t k = 0; k < gaps_.size(); ++k) {
                 if (!gaps_[k].open) continue;
                 Between passed = look(at, k);
-                gaps_[k].open = passed.excess > rows_within_tuning::kept;
+                gaps_[k].open = passed.excess > RowsWithinTuning::kept;
                 if (!gaps_[k].open) continue;
-                if (level < rows_within_tuning::levels && left > 0 && put_between(at, passed)) {
+                if (level < RowsWithinTuning::levels && left > 0 && put_between(at, passed)) {
                     --left;
                     found.push_back(passed);
                 } else {
@@ -104,7 +105,7 @@ private:
     /// Whether a joint may reach a limit between row k and the next.
     bool is_near(std::size_t k) const noexcept {
         const double *a = joints_of(k), *b = joints_of(k + 1);
-        double move = rows_within_tuning::near;
+        double move = RowsWithinTuning::near;
         for (int j = 0; j < joints; ++j) move = max(move, abs(b[j] - a[j]));
         for (int j = 0; j < joints; ++j)
             if (max(beyond(a, j), beyond(b, j)) > -move) return true;
@@ -118,8 +119,8 @@ private:
         Between out{k};
         const double *a = given_.data() + joints * gaps_[k].row, *b = a + joints;
         const double from = rows_.s[k], to = rows_.s[k + 1];
-        for (int i = 1; i <= rows_within_tuning::places; ++i) {
-            const double share = 0.5 * (1.0 - std::cos(pi * i / (rows_within_tuning::places + 1)));
+        for (int i = 1; i <= RowsWithinTuning::places; ++i) {
+            const double share = 0.5 * (1.0 - std::cos(pi * i / (RowsWithinTuning::places + 1)));
             const auto here = at(from + (to - from) * share);
             for (int j = 0; j < joints; ++j) {
                 const double excess = beyond(here.q, j) - max(0.0, max(beyond(a, j), beyond(b, j)));
@@ -146,24 +147,24 @@ private:
         const int j = x.joint;
         const bool above = x.q[j] - limits_.upper[j] > limits_.lower[j] - x.q[j];
         const double middle_of_range = 0.5 * (limits_.lower[j] + limits_.upper[j]);
-        const double inside = rows_within_tuning::inside * x.excess;
+        const double inside = RowsWithinTuning::inside * x.excess;
         const double wanted =
             above ? limits_.upper[j] - min(inside, max(limits_.upper[j] - middle_of_range, 0.0))
                   : limits_.lower[j] + min(inside, max(middle_of_range - limits_.lower[j], 0.0));
-        for (int round = 0; round < rows_within_tuning::rounds; ++round) {
+        for (int round = 0; round < RowsWithinTuning::rounds; ++round) {
             const double off = wanted - x.q[j];
             if (above ? off >= 0 : off <= 0) return true;
             double beside[joint_slots];
-            if (!solve_(x.s, x.psi + rows_within_tuning::probe, x.gc, x.q, beside)) return false;
-            const double slope = (beside[j] - x.q[j]) / rows_within_tuning::probe;
-            if (!(abs(slope) > rows_within_tuning::still)) return false;
+            if (!solve_(x.s, x.psi + RowsWithinTuning::probe, x.gc, x.q, beside)) return false;
+            const double slope = (beside[j] - x.q[j]) / RowsWithinTuning::probe;
+            if (!(abs(slope) > RowsWithinTuning::still)) return false;
             const double by = off / slope,
-                         psi = x.psi + min(max(by, -rows_within_tuning::step), rows_within_tuning::step);
+                         psi = x.psi + min(max(by, -RowsWithinTuning::step), RowsWithinTuning::step);
             if (!solve_(x.s, psi, x.gc, x.q, beside)) return false;
             x.psi = psi;
             std::copy(beside, beside + joints, x.q);
         }
-        return beyond(x.q, j) <= rows_within_tuning::kept;
+        return beyond(x.q, j) <= RowsWithinTuning::kept;
     }
 
     /// Inserts the found rows into the gaps that they belong to.

@@ -51,14 +51,15 @@ inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
     return best;
 }
 
-namespace tube_margin_tuning {
-inline constexpr double short_path = 0.5;  // rad: margins count less on a path that turns the arm by less
-}  // namespace tube_margin_tuning
+/// Parameters of the cost of margins of a short path.
+struct TubeMarginTuning {
+    static constexpr double short_path = 0.5;  // rad: margins count less on a path that turns the arm by less
+};
 
 /// The factor of the cost of margins on a path that turns the arm by `length` (rad). It grows like joint
 /// travel, so that margins do not dominate a short path.
 inline double margin_scale(double length) noexcept {
-    const double share = length / tube_margin_tuning::short_path;
+    const double share = length / TubeMarginTuning::short_path;
     return max(length * length, min(1.0, share * share));
 }
 /// The factor by which the cost of a target of psi is multiplied for a path that turns the arm by `length`
@@ -212,15 +213,16 @@ inline std::uint32_t nearest_arc(const Tube& tube, const Section& x, double phi)
     return nearest;
 }
 
-namespace tube_tuning {
-inline constexpr double turn = 0.15;   // wrist, tool and elbow turn at most this between sections (rad)
-inline constexpr double shift = 0.3;   // an end moves at most this share of its arc ...
-inline constexpr double still = 0.02;  // ... or less than this (rad)
-inline constexpr int turn_depth = 16, shift_depth = 5, event_depth = 12;  // halvings spent on each
-inline constexpr double no_room = 5e-6;    // range of a joint for which sections are of little use (rad)
-inline constexpr std::size_t block = 256;  // steps that are halved together ...
-inline constexpr std::size_t most_between = 16384;  // ... with at most so many additional sections
-}  // namespace tube_tuning
+/// Parameters of the sections of a tube.
+struct TubeTuning {
+    static constexpr double turn = 0.15;   // wrist, tool and elbow turn at most this between sections (rad)
+    static constexpr double shift = 0.3;   // an end moves at most this share of its arc ...
+    static constexpr double still = 0.02;  // ... or less than this (rad)
+    static constexpr int turn_depth = 16, shift_depth = 5, event_depth = 12;  // halvings spent on each
+    static constexpr double no_room = 5e-6;    // range of a joint for which sections are of little use (rad)
+    static constexpr std::size_t block = 256;  // steps that are halved together ...
+    static constexpr std::size_t most_between = 16384;  // ... with at most so many additional sections
+};
 
 namespace detail {
 
@@ -285,10 +287,10 @@ inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
             if (min(x.upper, y.upper + t) <= max(x.lower, y.lower + t)) continue;
             ++partners;
             const double moved = max(abs(x.lower - y.lower - t), abs(x.upper - y.upper - t));
-            least = min(least, moved <= tube_tuning::still ? 0.0 : moved / min(width, y.upper - y.lower));
+            least = min(least, moved <= TubeTuning::still ? 0.0 : moved / min(width, y.upper - y.lower));
         }
         if (partners != 1) return Change::event;
-        if (least > tube_tuning::shift) worst = Change::shifted;
+        if (least > TubeTuning::shift) worst = Change::shifted;
     }
     return worst;
 }
@@ -315,8 +317,8 @@ public:
         tube_.sections.reserve(base.size() + base.size() / 2);
         SolvedSection first = solve_section(task_, tube_.gc, base[0]);
         add(first);
-        for (std::size_t from = 0; from + 1 < base.size(); from += tube_tuning::block) {
-            const std::size_t to = std::min(from + tube_tuning::block, base.size() - 1);
+        for (std::size_t from = 0; from + 1 < base.size(); from += TubeTuning::block) {
+            const std::size_t to = std::min(from + TubeTuning::block, base.size() - 1);
             row_.assign(1, first);
             for (std::size_t i = from + 1; i <= to; ++i)
                 row_.push_back(solve_section(task_, tube_.gc, base[i]));
@@ -338,22 +340,22 @@ private:
 
     /// Whether two neighbours are similar enough, or need no further halving after `depth` halvings.
     bool alike(const SolvedSection& left, const SolvedSection& right, int depth) const noexcept {
-        if (depth < tube_tuning::turn_depth &&
-            turned(left.section.motion.circle, right.section.motion.circle) > tube_tuning::turn)
+        if (depth < TubeTuning::turn_depth &&
+            turned(left.section.motion.circle, right.section.motion.circle) > TubeTuning::turn)
             return false;
-        const Change now = depth < tube_tuning::event_depth ? change(left, right) : Change::small;
-        return now == Change::small || (now == Change::shifted && depth >= tube_tuning::shift_depth);
+        const Change now = depth < TubeTuning::event_depth ? change(left, right) : Change::small;
+        return now == Change::small || (now == Change::shifted && depth >= TubeTuning::shift_depth);
     }
 
     /// The largest number of additional sections. It is small if a joint has almost no range: then its arcs
     /// never overlap, and that joint leads instead (crossing.hpp).
     std::size_t most_between() const noexcept {
         const auto narrow = [this](int j) {
-            return task_.limits.upper[j] - task_.limits.lower[j] < tube_tuning::no_room;
+            return task_.limits.upper[j] - task_.limits.lower[j] < TubeTuning::no_room;
         };
         for (int j = 0; j < joints; ++j)
-            if (j != 3 && narrow(j)) return tube_tuning::block;
-        return tube_tuning::most_between;
+            if (j != 3 && narrow(j)) return TubeTuning::block;
+        return TubeTuning::most_between;
     }
 
     /// Inserts sections by halving until neighbours are similar. All intervals are halved together, so that a
@@ -361,7 +363,7 @@ private:
     void halve() {
         const std::size_t most = row_.size() + most_between();
         unlike_.assign(row_.size() - 1, true);
-        for (int depth = 0; depth <= tube_tuning::turn_depth; ++depth) {
+        for (int depth = 0; depth <= TubeTuning::turn_depth; ++depth) {
             finer_.assign(1, row_[0]);
             still_unlike_.clear();
             for (std::size_t i = 0; i + 1 < row_.size(); ++i) {
@@ -396,13 +398,14 @@ inline Tube tube(const Task& task, int gc, const std::vector<double>& base) {
     return detail::TubeBuilder(task, gc).build(base);
 }
 
-namespace tube_parameter_tuning {
-inline constexpr int least_steps = 32;  // of s, between sections that always exist
-inline constexpr double turn = 0.5;     // of a segment between two of them (rad)
-inline constexpr double same = 1e-12;   // parameters closer than this are equal
-inline constexpr double least_length =
-    1e-4;  // least length of a path, so that a resting tool has weight (rad)
-}  // namespace tube_parameter_tuning
+/// Parameters of the parameters at which a tube has sections.
+struct TubeParameterTuning {
+    static constexpr int least_steps = 32;  // of s, between sections that always exist
+    static constexpr double turn = 0.5;     // of a segment between two of them (rad)
+    static constexpr double same = 1e-12;   // parameters closer than this are equal
+    static constexpr double least_length =
+        1e-4;  // least length of a path, so that a resting tool has weight (rad)
+};
 
 /// Rising parameters from the start of a path to 1: the requested rows (values of s), the ends of segments,
 /// and equal steps between them, enough in number and for the rotation of each segment.
@@ -415,15 +418,15 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
     }
     std::sort(all.begin(), all.end());
     for (const double s : all)
-        if (given.empty() || s - given.back() > tube_parameter_tuning::same) given.push_back(s);
+        if (given.empty() || s - given.back() > TubeParameterTuning::same) given.push_back(s);
     given.back() = 1.0;
     for (std::size_t i = 0; i + 1 < given.size(); ++i) {
         const double gap = given[i + 1] - given[i];
         const Segment& g = segments[segment_index(segments, n, given[i] + 0.5 * gap)];
         const double turn = largest_angle(g) * gap / (g.end - g.start);
-        const int steps = std::max(1, static_cast<int>(std::ceil(max(gap * tube_parameter_tuning::least_steps,
-                                                                     turn / tube_parameter_tuning::turn) -
-                                                                 tube_parameter_tuning::same)));
+        const int steps = std::max(1, static_cast<int>(std::ceil(max(gap * TubeParameterTuning::least_steps,
+                                                                     turn / TubeParameterTuning::turn) -
+                                                                 TubeParameterTuning::same)));
         for (int k = 0; k < steps; ++k) out.push_back(given[i] + gap * k / steps);
     }
     out.push_back(1.0);
@@ -450,7 +453,7 @@ inline double turned_length(const Task& task, const std::vector<double>& base) n
         if (turn < infinity) sum += turn;
         before = here;
     }
-    return max(tube_parameter_tuning::least_length, sum);
+    return max(TubeParameterTuning::least_length, sum);
 }
 
 }  // namespace armangle

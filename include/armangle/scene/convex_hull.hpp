@@ -39,12 +39,13 @@ struct ConvexHull {
     }
 };
 
-namespace hull_tuning {
-/// The largest number of steps; about as many as a hull has corners near the nearest point are needed.
-inline constexpr int most_steps = 64;
-/// The search ends when both bounds of the distance differ by less than this share of the coordinates.
-inline constexpr double rounding = 4e-16;
-}  // namespace hull_tuning
+/// Parameters of convex hulls.
+struct ConvexHullTuning {
+    /// The largest number of steps; about as many as a hull has corners near the nearest point are needed.
+    static constexpr int most_steps = 64;
+    /// The search ends when both bounds of the distance differ by less than this share of the coordinates.
+    static constexpr double rounding = 4e-16;
+};
 
 namespace detail {
 
@@ -176,13 +177,13 @@ inline Approach nearest(const ConvexHull& first, const ConvexHull& second) noexc
     };
     detail::Simplex simplex(corner(first.frame.position - second.frame.position));
     double least = 0;
-    for (int step = 0; step < hull_tuning::most_steps; ++step) {
+    for (int step = 0; step < ConvexHullTuning::most_steps; ++step) {
         const Vec3<double> v = simplex.nearest();
         const double length = norm(v);
         if (!(length > 0)) break;
         const detail::Simplex::Corner next = corner(v);
         least = max(least, dot(v, next.w) / length);
-        if (length - least <= hull_tuning::rounding * (norm(next.p) + norm(next.q))) break;
+        if (length - least <= ConvexHullTuning::rounding * (norm(next.p) + norm(next.q))) break;
         if (!simplex.add(next) || simplex.holds_origin()) break;
     }
     Approach out = simplex.pair();

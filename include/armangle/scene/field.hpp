@@ -41,24 +41,26 @@ struct Field {
     float at(int i, int j, int k) const noexcept { return value[place(i, j, k)]; }
 };
 
-namespace field_tuning {
-/// Of phi beyond one spacing, and so of a field: at most so much a metre.
-inline constexpr double steepest = 5.0 / 3.0;
-/// Places that a segment is asked at, and how far apart they are at most while there are enough (spacings).
-inline constexpr int most_places = 256;
-inline constexpr double apart = 1.0;
-/// A length this little longer (share) has no place more: the same segment, turned, has as many.
-inline constexpr double same_length = 1e-6;
-/// Arcs of a field are where its distance says that they are: what they leave is no nearer by more than so
-/// much (shares of the spacing), and what they take no farther away.
-inline constexpr double agreed_free = 0.01, agreed_blocked = 0.25;
-/// Shorter stretches (rad) that are proven neither way count as blocked: less than a thousandth of a
-/// millimetre is nothing beside a spacing.
-inline constexpr double sliver = 1e-6;
-/// Places that are kept of a box that is cut into eighths, and where that ends (share of the spacing).
-inline constexpr int most_pieces = 64;
-inline constexpr double enough_in_box = 0.5;
-}  // namespace field_tuning
+/// Parameters of distance fields.
+struct FieldTuning {
+    /// Of phi beyond one spacing, and so of a field: at most so much a metre.
+    static constexpr double steepest = 5.0 / 3.0;
+    /// Places that a segment is asked at, and how far apart they are at most while there are enough
+    /// (spacings).
+    static constexpr int most_places = 256;
+    static constexpr double apart = 1.0;
+    /// A length this little longer (share) has no place more: the same segment, turned, has as many.
+    static constexpr double same_length = 1e-6;
+    /// Arcs of a field are where its distance says that they are: what they leave is no nearer by more than
+    /// so much (shares of the spacing), and what they take no farther away.
+    static constexpr double agreed_free = 0.01, agreed_blocked = 0.25;
+    /// Shorter stretches (rad) that are proven neither way count as blocked: less than a thousandth of a
+    /// millimetre is nothing beside a spacing.
+    static constexpr double sliver = 1e-6;
+    /// Places that are kept of a box that is cut into eighths, and where that ends (share of the spacing).
+    static constexpr int most_pieces = 64;
+    static constexpr double enough_in_box = 0.5;
+};
 
 /// Raises each of `value` (m), at the nodes of the field's grid, to the lower bound that the values of its
 /// neighbours prove. One pass in rising order and one in falling order suffice.
@@ -166,7 +168,7 @@ template <class Square>
 inline double best_node(const Field& field, const Surroundings& about, double more_way,
                         const Square& square) noexcept {
     using Eight = Lane<8>;
-    const Eight steeper(field_tuning::steepest - 1.0), off(more_way), one(1.0), zero(0.0),
+    const Eight steeper(FieldTuning::steepest - 1.0), off(more_way), one(1.0), zero(0.0),
         size(-field.spacing);
     Eight most(-infinity);
     for (int k = 0; k < 8; ++k) {
@@ -198,9 +200,8 @@ inline double at_least(const Field& field, const Vec3<double>& p, const Vec3<dou
         const Ways one(about, p, per), other(about, q, per);
         return best_node(field, about, bow * per, [&](int k) { return max(one.square(k), other.square(k)); });
     }
-    const double half =
-        0.5 * (at_least(field, p) + at_least(field, q) - field_tuning::steepest * norm(q - p));
-    return half - field_tuning::steepest * bow;
+    const double half = 0.5 * (at_least(field, p) + at_least(field, q) - FieldTuning::steepest * norm(q - p));
+    return half - FieldTuning::steepest * bow;
 }
 
 /// The unit direction from a place towards the nearest obstacle, estimated from the gradient of the
@@ -234,8 +235,8 @@ inline Approach approach_from(const Field& field, const Vec3<double>& p, double 
 /// The number of intervals into which a segment of this length (m) is divided; the field is evaluated at
 /// their ends.
 inline int place_count(const Field& field, double length) noexcept {
-    const double most = field_tuning::most_places,
-                 wanted = length * (1.0 - field_tuning::same_length) / (field_tuning::apart * field.spacing);
+    const double most = FieldTuning::most_places,
+                 wanted = length * (1.0 - FieldTuning::same_length) / (FieldTuning::apart * field.spacing);
     return static_cast<int>(std::ceil(min(wanted, most)));
 }
 
@@ -294,7 +295,7 @@ inline Approach segment_field(const Vec3<double>& a, const Vec3<double>& b, cons
     const double length = norm(d), gap = half_gap(field, length);
     const int last = place_count(field, length);
     const auto place = [&](int k) { return mul_add(d, last > 0 ? double(k) / last : 0.0, a); };
-    const LeastPlace found = least_place(last, 2.0 * field_tuning::steepest * gap, 0.0,
+    const LeastPlace found = least_place(last, 2.0 * FieldTuning::steepest * gap, 0.0,
                                          [&](int k) { return at_least(field, place(k)); });
     const double best = max(found.value, 0.0), least = sqrt(max((best - gap) * (best + gap), 0.0));
     return approach_from(field, place(found.at), least);
@@ -307,7 +308,7 @@ inline double least_along(const Vec3<double> (&first)[2], const Vec3<double> (&l
     const Vec3<double> d = first[1] - first[0], e = last[1] - last[0];
     const double length = norm(d), gap = half_gap(field, length);
     const int count = place_count(field, length);
-    const double rise = field_tuning::steepest * max(2.0 * gap, count > 0 ? norm(e) / count : 0.0);
+    const double rise = FieldTuning::steepest * max(2.0 * gap, count > 0 ? norm(e) / count : 0.0);
     return least_place(count, rise, enough,
                        [&](int k) {
                            const double t = count > 0 ? double(k) / count : 0.0;
@@ -322,7 +323,7 @@ inline Approach box_field(const Pose<double>& frame, const Vec3<double>& half, c
     struct BoxPart {
         Vec3<double> centre, half;
     };
-    BoxPart stack[field_tuning::most_pieces]{{{0, 0, 0}, half}};
+    BoxPart stack[FieldTuning::most_pieces]{{{0, 0, 0}, half}};
     Vec3<double> lowest = frame.position;
     double least = infinity;
     for (int count = 1; count > 0;) {
@@ -330,7 +331,7 @@ inline Approach box_field(const Pose<double>& frame, const Vec3<double>& half, c
         const Vec3<double> place = frame.rotation * piece.centre + frame.position;
         const double size = norm(piece.half), bound = max(at_least(field, place) - size, 0.0);
         if (bound >= least) continue;
-        if (size <= field_tuning::enough_in_box * field.spacing || count + 2 > field_tuning::most_pieces) {
+        if (size <= FieldTuning::enough_in_box * field.spacing || count + 2 > FieldTuning::most_pieces) {
             least = bound;
             lowest = place;
             continue;

@@ -28,16 +28,17 @@
 
 namespace armangle {
 
-namespace moving_pair_tuning {
-/// Cells that the circle begins with.
-inline constexpr int cells = 8;
-/// A stretch shorter than this (rad) that is proven neither way counts as blocked; so short is a root's
-/// bracket.
-inline constexpr double sliver = 1e-10, bracket = 2e-13;
-/// Distances asked of one pair; what is left then counts as blocked.
-inline constexpr int most_queries = 2000;
-inline constexpr int most_steps = 100;
-}  // namespace moving_pair_tuning
+/// Parameters of the certified arcs of a moving rod.
+struct MovingPairTuning {
+    /// Cells that the circle begins with.
+    static constexpr int cells = 8;
+    /// A stretch shorter than this (rad) that is proven neither way counts as blocked; so short is a root's
+    /// bracket.
+    static constexpr double sliver = 1e-10, bracket = 2e-13;
+    /// Distances asked of one pair; what is left then counts as blocked.
+    static constexpr int most_queries = 2000;
+    static constexpr int most_steps = 100;
+};
 
 namespace detail {
 
@@ -50,7 +51,7 @@ public:
         : rod_(rod), other_(nullptr), solid_(solid), R_(R) {
         if (!is_field()) return;
         const Rod here = rod.at({0.0, 1.0});
-        sliver_ = bracket_ = field_tuning::sliver;
+        sliver_ = bracket_ = FieldTuning::sliver;
         gap_ = half_gap(*solid.field, norm(here.end - here.begin));
     }
     /// A pair of two moving rods, `rod` and `other`, which must outlive it; R (m) is the sum of the radii and
@@ -72,8 +73,8 @@ public:
             run = {s.a.psi, s.b.psi, true};
         };
         Sample last = at(pi);
-        for (int k = moving_pair_tuning::cells - 1; k >= 0; --k) {
-            const Sample here = at(k == 0 ? -pi : -pi + two_pi * k / moving_pair_tuning::cells);
+        for (int k = MovingPairTuning::cells - 1; k >= 0; --k) {
+            const Sample here = at(k == 0 ? -pi : -pi + two_pi * k / MovingPairTuning::cells);
             push({here, last});
             last = here;
         }
@@ -82,7 +83,7 @@ public:
             const double h = s.b.psi - s.a.psi;
             const bool free_a = s.a.F > 0, free_b = s.b.F > 0, mixed = free_a != free_b;
             if (!mixed && free_a && is_free(s, h)) continue;
-            const bool spent = queries_ >= moving_pair_tuning::most_queries || count_ + 3 > most_stretches;
+            const bool spent = queries_ >= MovingPairTuning::most_queries || count_ + 3 > most_stretches;
             if (spent || h < (mixed ? 1.5 * bracket_ : sliver_) || (!mixed && !free_a && is_blocked(s, h))) {
                 add(s);
                 continue;
@@ -99,7 +100,7 @@ public:
             push({s.a, middle});
         }
         if (run.any) blocked(run.lower, run.upper);
-        return queries_ < moving_pair_tuning::most_queries;
+        return queries_ < MovingPairTuning::most_queries;
     }
 
 private:
@@ -154,10 +155,9 @@ private:
     /// Whether the pair keeps its distance all over a stretch of h rad, for a distance field; m: drift() of
     /// the stretch.
     Kept field_keeps(const Stretch& s, double h, const Drift& m) const noexcept {
-        const double whole = hypot(R_, gap_),
-                     must = whole - field_tuning::agreed_free * solid_.field->spacing,
+        const double whole = hypot(R_, gap_), must = whole - FieldTuning::agreed_free * solid_.field->spacing,
                      a = hypot(s.a.distance, gap_), b = hypot(s.b.distance, gap_),
-                     slope = field_tuning::steepest * above_rounding;
+                     slope = FieldTuning::steepest * above_rounding;
         if (min(a, b) - slope * m.shift >= whole) return Kept::whole;
         if (!(m.speed * h < 2.0 * solid_.field->spacing)) return Kept::no;
         const Rod first = rod_.at(sin_cos(s.a.psi)), last = rod_.at(sin_cos(s.b.psi));
@@ -172,9 +172,9 @@ private:
     /// Whether a distance field counts a whole stretch of h rad as blocked, up to the agreed tolerance; m:
     /// drift() of the stretch.
     bool field_blocks(const Stretch& s, double h, const Drift& m) const noexcept {
-        const double most = hypot(R_, gap_) + field_tuning::agreed_blocked * solid_.field->spacing,
+        const double most = hypot(R_, gap_) + FieldTuning::agreed_blocked * solid_.field->spacing,
                      a = hypot(s.a.distance, gap_), b = hypot(s.b.distance, gap_),
-                     slope = field_tuning::steepest * above_rounding;
+                     slope = FieldTuning::steepest * above_rounding;
         return max(a, b) + slope * m.shift <= most || 0.5 * (a + b + slope * m.speed * h) <= most;
     }
 
@@ -229,7 +229,7 @@ private:
     /// Narrows a stretch with one free and one blocked end down to the root of F. Secant steps alternate with
     /// bisection in every third step.
     Stretch bracketed(Stretch s) noexcept {
-        for (int step = 0; step < moving_pair_tuning::most_steps; ++step) {
+        for (int step = 0; step < MovingPairTuning::most_steps; ++step) {
             const double h = s.b.psi - s.a.psi;
             if (h <= bracket_) break;
             const double share = step % 3 == 2 ? 0.5 : s.a.F / (s.a.F - s.b.F), room = 0.4 * bracket_;
@@ -248,7 +248,7 @@ private:
     const MovingRod* other_;
     Solid solid_;
     double R_;
-    double sliver_ = moving_pair_tuning::sliver, bracket_ = moving_pair_tuning::bracket;
+    double sliver_ = MovingPairTuning::sliver, bracket_ = MovingPairTuning::bracket;
     double gap_ = 0;  // half of what is between the places that a field is asked at, m
     int queries_ = 0, count_ = 0;
     Stretch stack_[most_stretches];

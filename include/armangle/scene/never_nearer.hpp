@@ -20,14 +20,15 @@ inline constexpr double not_apart = -infinity;
 
 namespace detail {
 
-namespace never_nearer_tuning {
-/// A cell is finished if it proves this share of the least distance found.
-inline constexpr double worth = 0.5;
-/// m: the rounding of frames and distances.
-inline constexpr double rounding = 1e-9;
-/// The largest number of waiting cells.
-inline constexpr int most_waiting = 512;
-}  // namespace never_nearer_tuning
+/// Parameters of the least distance of two shapes of one arm.
+struct NeverNearerTuning {
+    /// A cell is finished if it proves this share of the least distance found.
+    static constexpr double worth = 0.5;
+    /// m: the rounding of frames and distances.
+    static constexpr double rounding = 1e-9;
+    /// The largest number of waiting cells.
+    static constexpr int most_waiting = 512;
+};
 
 /// Frame i of table 1 relative to frame i - 1, at joint angle theta (rad).
 inline Pose<double> dh_frame(const Arm& arm, int i, double theta) noexcept {
@@ -82,7 +83,7 @@ inline CellApart cell_apart(const Arm& arm, const Rod& a, int i, const Rod& b, i
             out.widest = k;
         }
     }
-    out.proven = out.met - way - never_nearer_tuning::rounding;
+    out.proven = out.met - way - NeverNearerTuning::rounding;
     return out;
 }
 
@@ -98,15 +99,15 @@ inline double never_nearer(const Arm& arm, const Rod& a, int i, const Rod& b, in
     // turned about its own axis a rod is where it was
     if (is_on_axis(a)) cell.half[i + 1] = 0;
     if (is_on_axis(placed(dh_frame(arm, j, 0.0), b))) cell.half[j] = 0;
-    JointCell waiting[never_nearer_tuning::most_waiting]{cell};
+    JointCell waiting[NeverNearerTuning::most_waiting]{cell};
     double least_met = infinity, proven = infinity;
     for (int count = 1; count > 0; --most) {
-        if (most <= 0 || count + 2 > never_nearer_tuning::most_waiting) return not_apart;
+        if (most <= 0 || count + 2 > NeverNearerTuning::most_waiting) return not_apart;
         cell = waiting[--count];
         const CellApart here = cell_apart(arm, a, i, b, j, cell);
         least_met = min(least_met, here.met);
         if (least_met <= 0) return not_apart;
-        if (here.proven >= never_nearer_tuning::worth * least_met) {
+        if (here.proven >= NeverNearerTuning::worth * least_met) {
             proven = min(proven, here.proven);
             continue;
         }

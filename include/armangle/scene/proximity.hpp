@@ -158,18 +158,20 @@ struct Widest {
     Proximity nearest;
 };
 
-namespace proximity_tuning {
-/// Bisections of the clearance; they leave 1e-12 of the range.
-inline constexpr int halvings = 40;
-/// A clearance may be negative down to this share of the thinnest part: cores stay apart.
-inline constexpr double thinnest = 0.999;
-/// rad: of an arc on which a pair is at rest, at least; where it is nearest by its motion they are narrower.
-inline constexpr double resting = 1e-3;
-/// m/rad: what a pair at rest still moves by rounding.
-inline constexpr double rest = 1e-12;
-/// m: so much below its distance a pair at rest blocks nothing by rounding.
-inline constexpr double below = 1e-9;
-}  // namespace proximity_tuning
+/// Parameters of the psi that keeps farthest from obstacles.
+struct ProximityTuning {
+    /// Bisections of the clearance; they leave 1e-12 of the range.
+    static constexpr int halvings = 40;
+    /// A clearance may be negative down to this share of the thinnest part: cores stay apart.
+    static constexpr double thinnest = 0.999;
+    /// rad: of an arc on which a pair is at rest, at least; where it is nearest by its motion they are
+    /// narrower.
+    static constexpr double resting = 1e-3;
+    /// m/rad: what a pair at rest still moves by rounding.
+    static constexpr double rest = 1e-12;
+    /// m: so much below its distance a pair at rest blocks nothing by rounding.
+    static constexpr double below = 1e-9;
+};
 
 /// The step (m) below which clearances are not distinguished: the tolerance of distance fields, 0 without
 /// fields.
@@ -177,7 +179,7 @@ inline double indifferent_clearance(const Scene& scene) noexcept {
     double out = infinity;
     for (int k = 0; k < scene.solid_count; ++k)
         if (scene.solids[k].kind == SolidKind::field)
-            out = min(out, field_tuning::agreed_free * scene.solids[k].field->spacing);
+            out = min(out, FieldTuning::agreed_free * scene.solids[k].field->spacing);
     return out < infinity ? out : 0.0;
 }
 
@@ -197,9 +199,9 @@ void widest_arcs(const Scene& scene, double size, int halvings, const Leaves& le
     };
     double low = -infinity, high = 2.0 * size;
     for (int k = 0; k < scene.part_count; ++k)
-        low = max(low, -proximity_tuning::thinnest * scene.parts[k].rod.radius);
+        low = max(low, -ProximityTuning::thinnest * scene.parts[k].rod.radius);
     for (int k = 0; k < scene.swing_count; ++k)
-        low = max(low, -proximity_tuning::thinnest * scene.swings[k].rod.radius);
+        low = max(low, -ProximityTuning::thinnest * scene.swings[k].rod.radius);
     if (scene.part_count + scene.swing_count == 0) return;
     // near the core of a part little is proven free: only what touches at no clearance has to begin there
     if (some(0.0))
@@ -243,11 +245,11 @@ namespace detail {
 /// wrist and the tool.
 inline bool rests(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, const Arc& arc,
                   const LeftOut& left_out, Tag pair) noexcept {
-    if (!(arc.upper - arc.lower > proximity_tuning::resting)) return false;
+    if (!(arc.upper - arc.lower > ProximityTuning::resting)) return false;
     for (const double share : {0.25, 0.5, 0.75}) {
         const double psi = arc.lower + share * (arc.upper - arc.lower);
         const Proximity here = Nearby(arm, scene, m, psi, &left_out).find(true);
-        if (here.pair != pair || !(abs(here.psi_rate) < proximity_tuning::rest)) return false;
+        if (here.pair != pair || !(abs(here.psi_rate) < ProximityTuning::rest)) return false;
     }
     return true;
 }
@@ -271,7 +273,7 @@ inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double
             open_arcs(covered, cleared);
             intersect(own, cleared, left);
         };
-        widest_arcs(scene, arm.size, proximity_tuning::halvings, leaves, found);
+        widest_arcs(scene, arm.size, ProximityTuning::halvings, leaves, found);
         if (found.empty()) return out;
         const double psi = middle(widest_arc(found));
         const Proximity nearest = detail::Nearby(arm, scene, m, psi, &left_out).find(true);
@@ -281,7 +283,7 @@ inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double
         out = {psi, nearest};
         if (!near) return out;
         if (nearest.distance < scene.clearance || left_out.count == detail::LeftOut::most) return out;
-        leaves(nearest.distance - proximity_tuning::below, found);
+        leaves(nearest.distance - ProximityTuning::below, found);
         if (found.empty() || !detail::rests(arm, scene, m, widest_arc(found), left_out, nearest.pair))
             return out;
         left_out.pair[left_out.count++] = nearest.pair;

@@ -26,16 +26,17 @@
 
 namespace armangle {
 
-namespace straight_move_tuning {
-inline constexpr int looks = 8;          // of one move
-inline constexpr int many_looks = 64;    // the same where there is time
-inline constexpr double least = 0.1;     // of an even share of the move that each look has to prove
-inline constexpr double slack = 1e-9;    // m that distances are proven with to spare
-inline constexpr double rounded = 1e-8;  // m that joints where an obstacle ends an arc may be nearer
-inline constexpr double rough = 0.005;   // m more that is kept from fields, beside which proofs are short
-inline constexpr int most_near = 16;     // pairs that are minded
-inline constexpr int chords = 3;         // towards the end of what is proven to touch
-}  // namespace straight_move_tuning
+/// Parameters of the proof of a straight move.
+struct StraightMoveTuning {
+    static constexpr int looks = 8;          // of one move
+    static constexpr int many_looks = 64;    // the same where there is time
+    static constexpr double least = 0.1;     // of an even share of the move that each look has to prove
+    static constexpr double slack = 1e-9;    // m that distances are proven with to spare
+    static constexpr double rounded = 1e-8;  // m that joints where an obstacle ends an arc may be nearer
+    static constexpr double rough = 0.005;   // m more that is kept from fields, beside which proofs are short
+    static constexpr int most_near = 16;     // pairs that are minded
+    static constexpr int chords = 3;         // towards the end of what is proven to touch
+};
 
 /// A pair of shapes, or of corners of them, near each other: its distance beyond the clearance and the
 /// derivatives with respect to the joints.
@@ -138,7 +139,7 @@ public:
     /// touches already must not come nearer. `blocking`: the pair at which the proof ended, unchanged if all
     /// is proven; `looks`: the most places it uses. With `off` joint j may deviate by off[j] (rad).
     double proven(const double* q, const double (&d)[joints], Tag& blocking,
-                  int looks = straight_move_tuning::looks, const double* off = nullptr) noexcept {
+                  int looks = StraightMoveTuning::looks, const double* off = nullptr) noexcept {
         double done = 0, spread[joints + 1] = {};
         for (int j = 0; off && j < joints; ++j) spread[j + 1] = spread[j] + off[j];
         const auto beside = [&](int link, const Vec3<double>& p) {
@@ -164,7 +165,7 @@ public:
             });
             if (share >= 1.0 - done) return 1.0;
             last = nearest;
-            if (!(share * looks > straight_move_tuning::least)) break;
+            if (!(share * looks > StraightMoveTuning::least)) break;
             done += share;
         }
         blocking = last;
@@ -210,13 +211,13 @@ public:
 
     /// Writes the pairs of corners whose distance at q is within `reach` (m) of the clearance; returns their
     /// number. The nearest ones are kept if there are too many; pairs whose cores meet are left out.
-    int near(const double* q, double reach, NearPair (&out)[straight_move_tuning::most_near]) noexcept {
+    int near(const double* q, double reach, NearPair (&out)[StraightMoveTuning::most_near]) noexcept {
         place(q);
         int count = 0;
         const auto way = [&](int, const Vec3<double>&, double) { return reach; };
         for_near(way, [&](const Meeting& m) {
             if (!(m.apart > 0) && !m.flat) return;
-            const double kept = m.rough ? straight_move_tuning::rough : 0.0;
+            const double kept = m.rough ? StraightMoveTuning::rough : 0.0;
             for (int i = 0; i < m.a.count; ++i) {
                 if (m.b.count == 0) add(m, i, -1, kept, reach, out, count);
                 for (int k = 0; k < m.b.count; ++k) add(m, i, k, kept, reach, out, count);
@@ -238,7 +239,7 @@ public:
 
     /// Whether nothing touches at q, with half the slack as tolerance for the end of a proven stretch.
     bool is_clear_at(const double* q) noexcept {
-        return nearest_pair(q, straight_move_tuning::slack).room >= -0.5 * straight_move_tuning::slack;
+        return nearest_pair(q, StraightMoveTuning::slack).room >= -0.5 * StraightMoveTuning::slack;
     }
 
     /// The nearest pair at q. Its rate is the derivative of the distance along the joint velocity d.
@@ -247,7 +248,7 @@ public:
         place(q);
         held_rests_ = turning_alone;
         Proximity out{infinity, 0, {}, {}, 0.0};
-        const double kept = scene_.clearance + straight_move_tuning::slack;
+        const double kept = scene_.clearance + StraightMoveTuning::slack;
         const auto way = [&](int, const Vec3<double>&, double) { return max(out.distance - kept, 0.0); };
         for_near(way, [&](const Meeting& m) {
             const double distance = m.apart - m.radius_a - m.radius_b;
@@ -389,7 +390,7 @@ private:
     /// distance is convex in the share, so that chords between samples are safe.
     void add_touching(const Meeting& m, const double (&d)[joints], double more,
                       double (&most)[2]) const noexcept {
-        const double spare = m.R + straight_move_tuning::slack - more;
+        const double spare = m.R + StraightMoveTuning::slack - more;
         if (!(m.apart < spare)) return;
         const auto velocity = [&](int link, const Vec3<double>& p) {
             Vec3<double> out{0, 0, 0};
@@ -411,7 +412,7 @@ private:
             };
             const double at_last = beyond(1.0);
             double kept = at_last < 0 ? 1.0 : 0.0;
-            for (int pass = 0; pass < straight_move_tuning::chords && at_last >= 0; ++pass) {
+            for (int pass = 0; pass < StraightMoveTuning::chords && at_last >= 0; ++pass) {
                 const double here = beyond(kept);
                 if (!(here < 0)) break;
                 kept += (1.0 - kept) * here / (here - at_last);
@@ -437,7 +438,7 @@ private:
     /// touch already, only rounding is allowed.
     double free_share_nearer(Meeting m, const double (&d)[joints], double more) const noexcept {
         const bool touches = !(m.apart > m.R);
-        if (touches && more > straight_move_tuning::slack) return 0.0;
+        if (touches && more > StraightMoveTuning::slack) return 0.0;
         if (!touches) m.R += more;
         return touches || m.apart > m.R ? free_share(m, d) : 0.0;
     }
@@ -478,12 +479,12 @@ private:
     /// subtracting `kept` (m) from its distance. k = -1: the plane of b. Nothing if it is not below `reach`
     /// (m).
     void add(const Meeting& m, int i, int k, double kept, double reach,
-             NearPair (&out)[straight_move_tuning::most_near], int& count) const noexcept {
+             NearPair (&out)[StraightMoveTuning::most_near], int& count) const noexcept {
         const Vec3<double>& p = m.a.corner[i];
         const double room = dot(m.n, p) - (k < 0 ? m.height : dot(m.n, m.b.corner[k])) - m.R - kept;
         if (!(room < reach)) return;
         int place = count;
-        if (count == straight_move_tuning::most_near) {
+        if (count == StraightMoveTuning::most_near) {
             place = 0;
             for (int n = 1; n < count; ++n)
                 if (out[n].room > out[place].room) place = n;
@@ -521,7 +522,7 @@ private:
             const double far = way(joints, bound.centre, bound.radius);
             const auto near = [&](const BallGroup& group) {
                 return norm(bound.centre - group.centre) <
-                       bound.radius + group.radius + scene_.clearance + straight_move_tuning::slack + far;
+                       bound.radius + group.radius + scene_.clearance + StraightMoveTuning::slack + far;
             };
             for_ground(scene_, near, [&](const Solid& solid, int id) {
                 if (!scene_.may_touch(id, link) && !away(bound, solid, far))
@@ -541,7 +542,7 @@ private:
     bool away(const Ball& bound, const Solid& solid, double far) const noexcept {
         if (solid.kind == SolidKind::half_space) return false;
         const Ball other = around(solid);
-        const double R = bound.radius + other.radius + scene_.clearance + straight_move_tuning::slack + far;
+        const double R = bound.radius + other.radius + scene_.clearance + StraightMoveTuning::slack + far;
         const Vec3<double> d = bound.centre - other.centre;
         return dot(d, d) >= R * R;
     }
@@ -555,9 +556,9 @@ private:
         const Ball bound = around(as_solid(rod));
         const auto near = [&](const BallGroup& group) {
             return norm(bound.centre - group.centre) <
-                   bound.radius + group.radius + scene_.clearance + straight_move_tuning::slack + far;
+                   bound.radius + group.radius + scene_.clearance + StraightMoveTuning::slack + far;
         };
-        const double reach = rod.radius + scene_.clearance + straight_move_tuning::slack + far;
+        const double reach = rod.radius + scene_.clearance + StraightMoveTuning::slack + far;
         for_blocks(scene_, near, [&](int block) {
             detail::balls_near(scene_, block, rod, reach, [&](const Solid& ball, int id) {
                 if (!scene_.may_touch(id, place)) meet(rod, link, ball, far, pair_tag(id, place), found);
@@ -621,7 +622,7 @@ private:
     /// The distance (m) of two cores at which the shapes have the clearance plus the slack.
     template <class Moving>
     double apart(const Moving& a, const Solid& b) const noexcept {
-        return a.radius + b.radius + scene_.clearance + straight_move_tuning::slack;
+        return a.radius + b.radius + scene_.clearance + StraightMoveTuning::slack;
     }
 
     /// Stores the plane that separates a meeting's cores in m; leaves it unchanged if they meet.

@@ -22,19 +22,21 @@
 
 namespace armangle {
 
-namespace witnesses_tuning {
-/// A stretch shorter than this (rad) that is neither proven free nor witnessed counts as blocked.
-inline constexpr double sliver = 1e-10;
-/// Shorter steps (rad) of an arc's end are rounding.
-inline constexpr double settled = 1e-14;
-/// Distances asked of one pair. Where they are spent the rod is halved, up to so many times: what is near to
-/// the line turns little, and a near miss there is proven at once. What is left at last counts as blocked.
-inline constexpr int most_queries = 200, most_halvings = 12;
-/// The largest number of Newton-like steps.
-inline constexpr int most_steps = 60;
-/// Rounding of F as a share of the squares of all coordinates.
-inline constexpr double rounding = 4e-16;
-}  // namespace witnesses_tuning
+/// Parameters of the certified arcs of a rod.
+struct WitnessesTuning {
+    /// A stretch shorter than this (rad) that is neither proven free nor witnessed counts as blocked.
+    static constexpr double sliver = 1e-10;
+    /// Shorter steps (rad) of an arc's end are rounding.
+    static constexpr double settled = 1e-14;
+    /// Distances asked of one pair. Where they are spent the rod is halved, up to so many times: what is near
+    /// to the line turns little, and a near miss there is proven at once. What is left at last counts as
+    /// blocked.
+    static constexpr int most_queries = 200, most_halvings = 12;
+    /// The largest number of Newton-like steps.
+    static constexpr int most_steps = 60;
+    /// Rounding of F as a share of the squares of all coordinates.
+    static constexpr double rounding = 4e-16;
+};
 
 namespace detail {
 
@@ -66,7 +68,7 @@ public:
     Witnesses(const Rod& rod, const Solid& solid, double R) noexcept : rod_(rod), solid_(solid), R_(R) {
         const Extent mine = extent(as_solid(rod)), other = extent(solid);
         amplitude_ = 2.0 * mine.off_axis * min(other.off_axis, mine.off_axis + R);
-        noise_ = witnesses_tuning::rounding * (mine.square + other.square);
+        noise_ = WitnessesTuning::rounding * (mine.square + other.square);
     }
 
     /// Calls blocked(lower, upper) for arcs (rad) that together cover all blocked psi. `halvings` counts how
@@ -87,10 +89,10 @@ public:
         while (count_ > 0) {
             const Stretch cell = stack_[--count_];
             if (!(cell.b > cell.a) || proven(cell)) continue;
-            const bool spent = queries_ >= witnesses_tuning::most_queries || count_ + 2 > most_stretches;
-            if (spent && !rod_.is_sphere() && halvings < witnesses_tuning::most_halvings)
+            const bool spent = queries_ >= WitnessesTuning::most_queries || count_ + 2 > most_stretches;
+            if (spent && !rod_.is_sphere() && halvings < WitnessesTuning::most_halvings)
                 return halve(blocked, halvings + 1);
-            if (spent || cell.b - cell.a < witnesses_tuning::sliver) {
+            if (spent || cell.b - cell.a < WitnessesTuning::sliver) {
                 blocked(cell.a, cell.b);
                 continue;
             }
@@ -147,12 +149,12 @@ private:
         };
         include(from.arc, from.psi);
         for (const bool upper : {false, true}) {
-            for (int step = 0; step < witnesses_tuning::most_steps && arc.b - arc.a < two_pi; ++step) {
+            for (int step = 0; step < WitnessesTuning::most_steps && arc.b - arc.a < two_pi; ++step) {
                 const double end = upper ? arc.b : arc.a;
                 const Sample here = at(end);
                 if (here.F >= -noise_) break;
                 include(here.arc, end);
-                if (abs((upper ? arc.b : arc.a) - end) < witnesses_tuning::settled) break;
+                if (abs((upper ? arc.b : arc.a) - end) < WitnessesTuning::settled) break;
             }
         }
         arc.b = min(arc.b, arc.a + two_pi);

@@ -27,14 +27,15 @@
 
 namespace armangle {
 
-namespace clear_proof {
-/// Distances are proven with this reserve (m): more than the rounding of configurations from the curve.
-inline constexpr double slack = 1e-9;
-/// A pair that is too near by more than this is in collision (m).
-inline constexpr double broken = 4e-9;
-inline constexpr int depth = 24;         // halvings of a stretch
-inline constexpr int evaluations = 200;  // of frames over a stretch, on average, before the proof stops
-}  // namespace clear_proof
+/// Parameters of the proof that a moving arm is free of collisions.
+struct ClearProofTuning {
+    /// Distances are proven with this reserve (m): more than the rounding of configurations from the curve.
+    static constexpr double slack = 1e-9;
+    /// A pair that is too near by more than this is in collision (m).
+    static constexpr double broken = 4e-9;
+    static constexpr int depth = 24;         // halvings of a stretch
+    static constexpr int evaluations = 200;  // of frames over a stretch, on average, before the proof stops
+};
 
 namespace detail {
 
@@ -126,7 +127,7 @@ class SceneMotion {
 public:
     /// Keeps a reference to the scene, and reserves bounds of motion for each shape; distances are proven
     /// with `slack` (m) to spare.
-    explicit SceneMotion(const Scene& scene, double slack = clear_proof::slack)
+    explicit SceneMotion(const Scene& scene, double slack = ClearProofTuning::slack)
         : scene_(scene), slack_(slack) {
         arm_rod_.resize(static_cast<std::size_t>(arm_rod_count(scene)));
         held_.resize(static_cast<std::size_t>(scene.held_count));
@@ -285,7 +286,7 @@ public:
     ClearProver(const Curve& curve, const Scene& scene, bool touching)
         : curve_(curve),
           scene_(scene),
-          moving_(scene, touching ? -clear_proof::slack : clear_proof::slack),
+          moving_(scene, touching ? -ClearProofTuning::slack : ClearProofTuning::slack),
           budget_(0) {}
 
     /// Whether the part [from, to] of a stretch is proven collision-free; the place of a collision that is
@@ -295,7 +296,7 @@ public:
             violated.push_back(0.5 * (from + to));
             return false;
         }
-        budget_ += clear_proof::evaluations;
+        budget_ += ClearProofTuning::evaluations;
         stretch_ = &x;
         violated_ = &violated;
         const double h = to - from;
@@ -345,7 +346,7 @@ private:
         for (WatchedPair& pair : pairs) {
             const double distance = here_.distance(pair);
             take(pair, pair.F(distance));
-            touches_ = touches_ || distance < pair.R - moving_.slack() - clear_proof::broken;
+            touches_ = touches_ || distance < pair.R - moving_.slack() - ClearProofTuning::broken;
         }
         if (touches_) violated_->push_back(s);
     }
@@ -359,7 +360,7 @@ private:
         for (const WatchedPair& pair : pairs)
             if (!stays_positive(pair.F_a, pair.F_b, pair.bend(moving_.of(pair), h), h)) left.push_back(pair);
         if (left.empty()) return true;
-        if (depth == clear_proof::depth || budget_ <= 0) return false;
+        if (depth == ClearProofTuning::depth || budget_ <= 0) return false;
         std::vector<double> F;
         measure(middle, left, [&F](WatchedPair&, double value) { F.push_back(value); });
         if (touches_) return touches_ = false;
