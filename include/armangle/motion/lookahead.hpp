@@ -119,6 +119,9 @@ private:
         out = found.arcs;
     }
 };
+/// For compilers that cannot deduce the family of an aggregate.
+template <stepping_family F>
+FamilySections(F) -> FamilySections<F>;
 
 /// Parameters of lookahead.
 struct LookaheadTuning {
