@@ -175,6 +175,7 @@ public:
     template <class IsShut>
     std::size_t find(Branch& branch, const IsShut& is_shut) const {
         branch.way.clear();
+        const std::size_t most = branch.sections.size() * static_cast<std::size_t>(tuning_.rounds);
         for (unsigned more = 0;; branch.counted |= more) {
             Layers layer;
             double ahead = 0;  // the farthest s at which no continuation was found
@@ -187,7 +188,7 @@ public:
                     ahead = s;
                     round = 0;
                 }
-                branch.report.given_up = round == tuning_.rounds;
+                branch.report.given_up = round == tuning_.rounds || branch.sections.size() > most;
                 if (branch.report.given_up || !halve(branch, reached - 1)) break;
                 if (reached >= 2 && halve(branch, reached - 2)) layer.pop_back();
             }
@@ -601,10 +602,17 @@ private:
             const double inset = min(tuning_.inset, tuning_.inset_share * width);
             const double low = arc.lower + inset, high = arc.upper - inset;
             const double first = std::ceil(low / tuning_.step) * tuning_.step;
-            add(low, i);
-            for (double free = first; free < high; free += tuning_.step)
-                if (free > low) add(free, i);
-            if (high > low) add(high, i);
+            std::vector<double> free{low};
+            for (double x = first; x < high; x += tuning_.step)
+                if (x > low) free.push_back(x);
+            if (high > low) free.push_back(high);
+            for (const End& end : branch.ends) {  // from which joints may turn faster than the grid is fine
+                const double near = end.q ? nearest(section.arcs, wrap(end.lambda)) : 0.0;
+                if (end.q && arc_at(section, near) == i)
+                    free.push_back(lift(near, 0.5 * (arc.lower + arc.upper)));
+            }
+            std::sort(free.begin(), free.end());
+            for (const double x : free) add(x, i);
         }
         return out;
     }

@@ -220,6 +220,7 @@ private:
         BranchReport& report = branch.report;
         if (report.elsewhere || refuses_start(branch)) return advance();
         const std::size_t reached = search_.find(branch, [this](Branch& x) { return is_shut(x); });
+        if (report.verdict != Verdict::ok) find_way_ahead(branch);
         report.sections = static_cast<unsigned>(branch.sections.size());
         if (report.verdict == Verdict::ok && reached < branch.sections.size()) {
             const std::size_t k = reached;
@@ -238,10 +239,22 @@ private:
         }
         if (report.verdict == Verdict::ok) {
             search_.lift_way(branch);
-            search_.descend(branch);
-            take_margins(branch, report);
+            if (arrives(branch)) {
+                search_.descend(branch);
+                take_margins(branch, report);
+            } else {
+                report.verdict = Verdict::goal;
+                report.status = Status::JOINT_JUMP;
+                report.from = report.to = report.reached = 1.0;
+            }
         }
         advance();
+    }
+    /// Whether the path of a branch ends with the turns of the goal.
+    bool arrives(const Branch& branch) const noexcept {
+        for (int j = 0; j < joints && ends_[1].q; ++j)
+            if (abs(branch.way.back().q[j] - ends_[1].q[j]) > pi) return false;
+        return true;
     }
     /// Reports progress.
     void advance() const {
@@ -285,8 +298,24 @@ private:
         return true;
     }
 
-    /// Whether some section has no arc. If so, writes to the report of the branch where, why (out of reach
-    /// before any other reason), and how far a path leads.
+    /// Stores the path of a branch as far as it leads to the first section without an arc.
+    void find_way_ahead(Branch& branch) const {
+        const auto shut = [](const Section& x) { return x.arcs.empty(); };
+        const auto first = std::find_if(branch.sections.begin(), branch.sections.end(), shut);
+        branch.way.clear();
+        if (first == branch.sections.begin() || first == branch.sections.end()) return;
+        Branch part;
+        part.report.gc = branch.report.gc;
+        part.sections.assign(branch.sections.begin(), first);
+        part.ends[0] = branch.ends[0];
+        const std::size_t reached = search_.find(part, [](const Branch&) { return false; });
+        if (reached > 0) branch.report.reached = part.sections[reached - 1].s;
+        part.sections.insert(part.sections.end(), first, branch.sections.end());
+        branch.sections = std::move(part.sections);
+        branch.way = std::move(part.way);
+    }
+    /// Whether some section has no arc. If so, writes to the report of the branch where, and why (out of
+    /// reach before any other reason).
     bool is_shut(Branch& branch) const {
         BranchReport& report = branch.report;
         const auto shut = [](const Section& x) { return x.arcs.empty(); };
@@ -301,16 +330,6 @@ private:
         report.status = named.status;
         report.touching = named.pair;
         report.verdict = beyond != last ? Verdict::unreachable : Verdict::impossible;
-        const std::vector<Section> ahead(branch.sections.begin(), first);
-        if (!ahead.empty()) {
-            Branch part;
-            part.report.gc = report.gc;
-            part.sections = ahead;
-            part.ends[0] = branch.ends[0];
-            const std::size_t reached = search_.search(part);
-            if (reached > 0) report.reached = ahead[reached - 1].s;
-            branch.way = std::move(part.way);
-        }
         for (auto at = first; at != last; ++at) report.excess = max(report.excess, family_.excess(at->pose));
         return true;
     }

@@ -239,6 +239,8 @@ class Branch:
             return "lies nearer to a singularity than the requested margin."
         if self.status == Status.NO_CONVERGENCE:
             return _NOT_NOMINAL
+        if self.status == Status.JOINT_JUMP:
+            return "has a joint a whole turn from where the path arrives."
         if self.status == Status.LIMITS and self.openings:
             return f"lies outside the limits, {self._beyond()}."
         if self.touching is None:
