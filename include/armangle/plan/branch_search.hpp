@@ -60,6 +60,8 @@ struct SearchedBranch {
     double cost = infinity;
     BranchEnd ends[2];
     unsigned counted = 0;  // bit j: the search tells the revolutions of joint j apart
+    bool stalled = false;  // the search found no continuation somewhere: it tries the ends' free numbers too
+    bool spent = false;    // it stopped with as many sections as a branch may have
 };
 
 /// Parameters of a path at equal distances along the tool's way.
@@ -188,7 +190,9 @@ public:
                     ahead = s;
                     round = 0;
                 }
-                branch.report.given_up = round == tuning_.rounds || branch.sections.size() > most;
+                branch.stalled = true;
+                branch.spent = branch.sections.size() > most;
+                branch.report.given_up = round == tuning_.rounds || branch.spent;
                 if (branch.report.given_up || !halve(branch, reached - 1)) break;
                 if (reached >= 2 && halve(branch, reached - 2)) layer.pop_back();
             }
@@ -607,9 +611,9 @@ private:
                 if (x > low) free.push_back(x);
             if (high > low) free.push_back(high);
             for (const End& end : branch.ends) {  // from which joints may turn faster than the grid is fine
-                const double near = end.q ? nearest(section.arcs, wrap(end.lambda)) : 0.0;
-                if (end.q && arc_at(section, near) == i)
-                    free.push_back(lift(near, 0.5 * (arc.lower + arc.upper)));
+                if (!branch.stalled || !end.q) continue;
+                const double near = nearest(section.arcs, wrap(end.lambda));
+                if (arc_at(section, near) == i) free.push_back(lift(near, 0.5 * (arc.lower + arc.upper)));
             }
             std::sort(free.begin(), free.end());
             for (const double x : free) add(x, i);

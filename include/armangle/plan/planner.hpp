@@ -271,7 +271,7 @@ private:
             return reasons_.explain_empty(t, at, out);
         if (!fixed.held()) return;
         if (reached < branch.sections.size()) {
-            out.given_up = out.given_up || t.coarse;
+            out.given_up = t.coarse || branch.spent;
             out.verdict = out.given_up ? Verdict::unresolved : Verdict::dead_end;
             out.status = Status::LIMITS;
             const auto next = std::upper_bound(t.sections.begin(), t.sections.end(), out.reached,
