@@ -19,6 +19,7 @@ from support.calibrated import (
     postures,
 )
 from support.draw import count, generator
+from support.families import within
 from support.laws import POSE, circle_gap, gap
 
 import armangle as aa
@@ -40,12 +41,20 @@ def test_the_proven_share_is_that_of_other_poses_too(arm: aa.Arm) -> None:
     assert arm.deviation.nominal.deviation.proven_share == 1.0
 
 
-@pytest.mark.parametrize("name", ["yaskawa_sia5d", "kuka_iiwa7_r800", "iit_icub_left"])
-def test_a_seed_that_is_a_posture_is_given_back_beside_branches_that_meet_too(name: str) -> None:
-    """`inverse` with a seed that holds pose, psi and gc returns it (to 1e-6 rad), near singularities too."""
+MEETINGS = {"yaskawa_sia5d": 1, "kuka_iiwa7_r800": 5, "iit_icub_left": 1, "franka_fr3": 4, "fetch": 2}
+"""A joint (0 to 6) at whose zero, or quarter turn of an arm with an offset, two branches meet."""
 
+
+@pytest.mark.parametrize("name", MEETINGS)
+def test_a_seed_that_is_a_posture_is_given_back_beside_branches_that_meet_too(name: str) -> None:
+    """`inverse` with a seed that holds pose, psi and gc returns it (to 1e-6 rad), near singularities, with a
+    straight elbow and where two branches meet too.
+    """
     arm = calibrated(name, 1.0, 1.0, seed=5)
-    q = postures(arm, count(4000), 23)
+    q, own, joint = within(arm, generator(23), count(4000)), arm.geometry, MEETINGS[name]
+    q[::4, 3] = own.signs[3] * (own.delta - own.offsets[3])
+    meet = 0.5 * np.pi if arm.redundancy != "arm_angle" else 0.0
+    q[1::4, joint] = own.signs[joint] * (meet - own.offsets[joint])
     pose, psi, gc = arm.forward(q)
     back = arm.inverse(pose, psi, gc, seed=q, limits=False)
     assert np.abs(back - q).max() < 1e-6

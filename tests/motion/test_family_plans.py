@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.draw import generator
 from support.families import tolerance
 from support.gradients import named
 from support.laws import gap
@@ -80,6 +81,33 @@ def test_it_begins_at_the_start_ends_at_the_goal_and_goes_on_from_there(name: st
     assert gap(path.q[0], READY[name]) <= 1e-10
     back = aa.plan(path.arm, path.poses[::-1], start=path.q[-1], goal=READY[name])
     assert back.certified and gap(back.q[[0, -1]], np.stack([path.q[-1], READY[name]])) <= 1e-9
+
+
+MEETINGS = (("calibrated kuka_iiwa7_r800", 3, 24, 3), (OWN, 3, 2, 1), (OWN, 4, 2, 0))
+"""Arms, a joint (0 to 6) with whose angle two branches meet, how many plans are asked, how many begin."""
+
+
+@pytest.mark.parametrize(("name", "joint", "plans", "least"), MEETINGS)
+def test_where_branches_meet_a_plan_begins_at_its_start_and_is_one_motion(
+    name: str, joint: int, plans: int, least: int
+) -> None:
+    """From a start where two branches meet, and its branch holds a second solution, a plan begins there and
+    leaves it without a jump.
+    """
+    arm, rng, begun = named(name), generator(5), 0
+    low, high = np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0)
+    meet = {3: arm.geometry.delta, 4: 0.5 * np.pi}[joint]
+    for _ in range(plans):
+        start = rng.uniform(low, high)
+        start[joint] = arm.geometry.signs[joint] * (meet - arm.geometry.offsets[joint])
+        ends = arm.forward([start, np.clip(start + rng.normal(size=7) * 0.1, low, high)], on_error="nan")[0]
+        path = aa.plan(arm, aa.Line(*ends), start=start)
+        if not path.ok:
+            continue
+        begun += 1
+        assert gap(path.q[0], start) <= 1e-9
+        assert gap(path.at([1e-14, 1e-11]).q, start) <= (1e-6 if path.certified else 1e-3)
+    assert begun >= least
 
 
 @QUICK

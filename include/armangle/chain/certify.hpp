@@ -30,16 +30,22 @@ struct ChainCertifyTuning {
     static constexpr int pieces = 64;  // that a stretch may take on average
 };
 
+/// Given joints (rad) at the start and at the goal of a path; null: that end is free.
+struct GivenEnds {
+    const double *start = nullptr, *goal = nullptr;
+};
+
 namespace detail {
 
 /// Proves the joints of a nearly S-R-S arm along a curve of its nominal arm.
 class TubeProver {
 public:
-    /// Keeps the curve of the true chain, the proof `also` of its nominal arm's curve and a singularity
-    /// margin (rad), and computes the work that the proof may take; `scene` may be null.
-    TubeProver(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also,
-               const Scene* scene) noexcept
+    /// Keeps the curve of the true chain, its given ends, the proof `also` of its nominal arm's curve and a
+    /// singularity margin (rad), and computes the work that the proof may take; `scene` may be null.
+    TubeProver(const CorrectedCurve& curve, const GivenEnds& ends, const Limits& limits, double margin,
+               const Proof& also, const Scene* scene) noexcept
         : curve_(curve),
+          ends_(ends),
           limits_(limits),
           also_(also),
           sine_(sin_cos(Interval(max(margin, CurveProofTuning::least_margin))).sin.hi) {
@@ -52,11 +58,12 @@ public:
     Proof run(const std::function<void()>& checkpoint) {
         for (const Stretch& x : curve_.curve.stretches) {
             if (checkpoint) checkpoint();
-            if (!also_proven(x) || !prove(x, x.start, x.end, 0)) {
+            const bool proven = also_proven(x) && prove(x, x.start, x.end, 0);
+            if (!proven) {
                 known_ = false;
                 leave(x.start, x.end);
             }
-            look(x);
+            look(x, proven);
         }
         return std::move(proof_);
     }
@@ -86,8 +93,10 @@ private:
         }
     }
 
-    /// Samples a stretch, and records how much limits and clearance are violated or that no posture is found.
-    void look(const Stretch& x) {
+    /// Samples a stretch, and records how much limits and clearance are violated, or that no posture is found
+    /// or, unless the stretch is proven, that a joint jumps.
+    void look(const Stretch& x, bool proven) {
+        PlacedPosture before{};
         for (int i = 0; i <= looks; ++i) {
             const double s = x.start + (x.end - x.start) * i / looks;
             const PlacedPosture here = curve_.lifted(x, s, nominal_at(x, s));
@@ -97,9 +106,13 @@ private:
                 short_ = max(short_, -room);
                 if (margin >= -CurveProofTuning::broken) proof_.violated.push_back(s);
             }
-            if (margin >= -CurveProofTuning::broken) continue;
-            proof_.violated.push_back(s);
-            excess_ = margin < 0 ? max(excess_, -margin) : infinity;  // of no posture there is none
+            const double step = (x.end - x.start) / looks;
+            const bool leapt = !proven && i > 0 && is_finite(before.q) && is_finite(here.q) &&
+                               leaps(curve_, x, s - step, s, before, here);
+            before = here;
+            if (margin >= -CurveProofTuning::broken && !leapt) continue;
+            proof_.violated.push_back(leapt ? s - step : s);
+            excess_ = margin < 0 && !leapt ? max(excess_, -margin) : infinity;  // no limit can be drawn in
         }
     }
 
@@ -117,7 +130,8 @@ private:
     bool prove(const Stretch& x, double from, double to, int depth) noexcept {
         JointTube tube;
         if (--budget_ < 0) return false;
-        if (enclose(x, from, to, tube) && keeps(x, tube) && goes_on(tube) && is_clear(tube)) {
+        if (enclose(x, from, to, tube) && keeps(x, tube) && goes_on(tube) && holds_ends(x, tube, from, to) &&
+            is_clear(tube)) {
             before_ = tube;
             return known_ = true;
         }
@@ -183,6 +197,24 @@ private:
         return held || holds;
     }
 
+    /// Whether the one posture of a tube is, at both ends of its piece, that of the curve, and the one to
+    /// which a given end of the path leads. Near where branches meet a branch may hold two postures.
+    bool holds_ends(const Stretch& x, const JointTube& tube, double from, double to) const noexcept {
+        const auto holds = [&](double s, const PlacedPosture& at) {
+            double theta[joints];
+            theta_of(curve_.curve.arm, at.q, theta);
+            for (int j = 0; j < joints; ++j) {
+                const Interval off = tube.range(j, Interval(s - tube.middle), 0.0) - Interval(theta[j]);
+                if (!(abs(wrap(off.middle())) + off.hi - off.lo < tube.radius[j])) return false;
+            }
+            return true;
+        };
+        for (const double s : {from, to})
+            if (!holds(s, curve_.lifted(x, s, nominal_at(x, s)))) return false;
+        return (from > 0 || !ends_.start || holds(from, curve_.near(x, from, ends_.start))) &&
+               (to < 1 || !ends_.goal || holds(to, curve_.near(x, to, ends_.goal)));
+    }
+
     /// Whether no link collides in a tube: it is checked as a straight joint motion with a radius.
     bool is_clear(const JointTube& tube) noexcept {
         if (!move_) return true;
@@ -200,6 +232,7 @@ private:
     static constexpr int looks = 8;  // of a stretch
 
     const CorrectedCurve& curve_;
+    const GivenEnds ends_;
     const Limits& limits_;
     const Proof& also_;
     const double sine_;
@@ -213,15 +246,16 @@ private:
 
 }  // namespace detail
 
-/// Proves that the true joints of a chain keep limits and singularity margin (rad) along a curve, and the
-/// clearance of `scene` (null: none). `also` is the proof for the nominal arm. Returns the ranges of s that
-/// are not proven; `excess` is the largest violation of a limit found (rad; <= 0: none, infinite: no
-/// posture), `short_of` the largest lack of clearance (m). checkpoint() (may be empty) is called between the
-/// parts of the work and may throw to stop it.
-inline Proof certify(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also,
-                     const Scene* scene, double& excess, double& short_of,
+/// Proves that the true joints of a chain are one motion along a curve between the given ends, and keep
+/// limits, singularity margin (rad) and the clearance of `scene` (null: none). `also` is the proof for the
+/// nominal arm. Returns the ranges of s that are not proven, and where limits or clearance are violated or
+/// the curve is another posture than the motion; `excess` is the largest violation of a limit found (rad; <=
+/// 0: none, infinite: no posture), `short_of` the largest lack of clearance (m). checkpoint() (may be empty)
+/// is called between the parts of the work and may throw to stop it.
+inline Proof certify(const CorrectedCurve& curve, const GivenEnds& ends, const Limits& limits, double margin,
+                     const Proof& also, const Scene* scene, double& excess, double& short_of,
                      const std::function<void()>& checkpoint = {}) {
-    detail::TubeProver prover(curve, limits, margin, also, scene);
+    detail::TubeProver prover(curve, ends, limits, margin, also, scene);
     Proof out = prover.run(checkpoint);
     excess = prover.excess();
     short_of = prover.short_of();

@@ -158,7 +158,7 @@ struct CorrectedCurve {
     /// The true posture at s on stretch x, found from the nominal posture `out` there; NaN if there is none.
     PlacedPosture lifted(const Stretch& x, double s, PlacedPosture out) const noexcept {
         SinCos<double> angle[joints];
-        const bool found = x.lead == 0 ? solve_plane(x, s, out.pose, angle) : solve_lead(x, s, out.q, angle);
+        const bool found = x.lead == 0 ? solve_plane(x, s, out.pose, angle) : newton_from(x, s, out.q, angle);
         const JointLanes theta = detail::theta_of(angle);
         for (int j = 0; j < joints; ++j)
             out.q[j] = found ? lift(to_q(curve.arm, j, theta[j]), out.q[j]) : not_a_number;
@@ -166,6 +166,18 @@ struct CorrectedCurve {
         const Posture here = forward(arm, out.q);
         out.psi = lift(here.psi, out.psi);
         out.gc = here.gc;
+        return out;
+    }
+
+    /// The posture at s on stretch x to which Newton's method leads from joints q; NaN if it does not
+    /// converge.
+    PlacedPosture near(const Stretch& x, double s, const double* q) const noexcept {
+        SinCos<double> angle[joints];
+        PlacedPosture out{};
+        const bool found = newton_from(x, s, q, angle);
+        const JointLanes theta = detail::theta_of(angle);
+        for (int j = 0; j < joints; ++j)
+            out.q[j] = found ? lift(to_q(curve.arm, j, theta[j]), q[j]) : not_a_number;
         return out;
     }
 
@@ -229,10 +241,10 @@ private:
         return detail::solve_angles(arm, pose, plane_at(x, s), gc, angle) == Status::OK;
     }
 
-    /// Writes the posture with the leading joint's angle at s to `angle`, by Newton's method from joints q;
-    /// false if that does not converge.
-    bool solve_lead(const Stretch& x, double s, const double* q,
-                    SinCos<double> (&angle)[joints]) const noexcept {
+    /// Writes the posture at s to `angle` to which Newton's method leads from joints q; false if it does not
+    /// converge.
+    bool newton_from(const Stretch& x, double s, const double* q,
+                     SinCos<double> (&angle)[joints]) const noexcept {
         double theta[joints];
         detail::theta_of(curve.arm, q, theta);
         detail::sin_cos_all(theta, angle);

@@ -133,7 +133,8 @@ inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::s
         double excess = 0, short_of = 0;
         now.shifts = lead_shifts(arm, drawn, ends[0].q, ends[1].q);
         const CorrectedCurve curve{arm, drawn, now.shifts};
-        now.proof = certify(curve, limits, asked, now.proof, scene, excess, short_of, options.checkpoint);
+        now.proof = certify(curve, {ends[0].q, ends[1].q}, limits, asked, now.proof, scene, excess, short_of,
+                            options.checkpoint);
         for (std::size_t i = 0; i < row_count; ++i) {
             if (is_finite(curve.at(rows[i]).q)) continue;
             now.proof.violated.push_back(rows[i]);

@@ -57,7 +57,7 @@ struct CurveProofTuning {
     static constexpr double end_step =
         2.0;                          // of its middle from the ends of a stretch (rad); sector + this < pi
     static constexpr int looks = 32;  // samples that search violations in an unproven stretch
-    static constexpr double leap = 0.05;          // jump of a joint (rad) ...
+    static constexpr double leap = 1e-3;          // jump of a joint (rad) ...
     static constexpr double leap_within = 1e-12;  // ... within so much of s
     static constexpr int depth = 14;              // halvings of a stretch
     static constexpr int evaluations = 256;       // average per stretch before the rest is left unproven
@@ -80,6 +80,22 @@ struct Proof {
 };
 
 namespace detail {
+
+/// Whether a joint moves by more than `leap` within `leap_within` of s somewhere on stretch x of a curve
+/// between configuration a at s = `from` and b at `to`, searched by halving.
+template <class AnyCurve>
+bool leaps(const AnyCurve& curve, const Stretch& x, double from, double to, PlacedPosture a,
+           PlacedPosture b) noexcept {
+    while (largest_move(a.q, b.q) > CurveProofTuning::leap) {
+        const double half = 0.5 * (from + to);
+        if (!(half > from && half < to) || to - from < CurveProofTuning::leap_within) return true;
+        const PlacedPosture middle = curve.at(x, half);
+        const bool first = largest_move(a.q, middle.q) > largest_move(middle.q, b.q);
+        (first ? b : a) = middle;
+        (first ? to : from) = half;
+    }
+    return false;
+}
 
 /// Conditions to prove: each row has one or two entries, of which one must be positive.
 template <class T>
@@ -468,27 +484,13 @@ private:
                               limit_margin(claim_.limits, here.q) >= -CurveProofTuning::broken &&
                               excess <= tolerance::reach * curve_.arm.reach;
             const double step = (x.end - x.start) / CurveProofTuning::looks;
-            if (kept && (i == 0 || !leaps(x, s - step, s, before, here))) {
+            if (kept && (i == 0 || !leaps(curve_, x, s - step, s, before, here))) {
                 before = here;
                 continue;
             }
             proof_.violated.push_back(s);
             return;
         }
-    }
-
-    /// Whether a joint moves by more than `leap` within `leap_within` of s somewhere between configuration a
-    /// at s = `from` and b at `to`, searched by halving.
-    bool leaps(const Stretch& x, double from, double to, PlacedPosture a, PlacedPosture b) const noexcept {
-        while (largest_move(a.q, b.q) > CurveProofTuning::leap) {
-            const double half = 0.5 * (from + to);
-            if (!(half > from && half < to) || to - from < CurveProofTuning::leap_within) return true;
-            const PlacedPosture middle = curve_.at(x, half);
-            const bool first = largest_move(a.q, middle.q) > largest_move(middle.q, b.q);
-            (first ? b : a) = middle;
-            (first ? to : from) = half;
-        }
-        return false;
     }
 
     /// Proves the conditions of the claim over a range of s by bisection; false if some part remains

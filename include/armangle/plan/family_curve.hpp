@@ -46,13 +46,14 @@ struct FamilyCurve {
 
     /// A value of s in [from, to] on a stretch at which there is no solution, or at which `looks` cells do
     /// not decide that there is one; NaN if every s has one. Cells are halved down to the distance of two
-    /// numbers. Only an explicit family is examined; NaN for others.
+    /// numbers. Only an explicit family is examined so; of others it is `from` if a joint jumps in between.
     double gap(const Stretch& x, double from, double to, int looks) const noexcept {
-        if constexpr (!explicit_family<F>) return not_a_number;
         Directions<double> here;
-        Directions<Jet<Interval, 1>> over;
         if (!(place(x, from, here) >= 0)) return from;
         if (!(place(x, to, here) >= 0)) return to;
+        if constexpr (!explicit_family<F>)
+            return detail::leaps(*this, x, from, to, at(x, from), at(x, to)) ? from : not_a_number;
+        Directions<Jet<Interval, 1>> over;
         std::array<double, 64> ends{to};
         for (std::size_t count = 1; count > 0;) {
             const double end = ends[count - 1], middle = 0.5 * (from + end);

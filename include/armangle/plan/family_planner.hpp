@@ -49,10 +49,7 @@ public:
                   look(s, 1u << gc, all);
                   return all[gc];
               },
-              [this](double s, const double* q) {
-                  return options_.scenes && !is_clear(family_.arm(), options_.scenes.at(s), q);
-              },
-              tuning) {
+              [this](double s, const double* q) { return touches(s, q); }, tuning) {
         if (options.start) ends_[0] = end(options.start, 0.0);
         if (options.goal) ends_[1] = end(options.goal, 1.0);
     }
@@ -99,6 +96,11 @@ private:
     /// The pose at s.
     Pose<double> pose(double s) const noexcept {
         return pose_at(path_[segment_index(path_.data(), path_.size(), s)], s);
+    }
+
+    /// Whether joints q at s touch an obstacle.
+    bool touches(double s, const double* q) const {
+        return options_.scenes && !is_clear(family_.arm(), options_.scenes.at(s), q);
     }
 
     /// The place of given joints at an end of the path; `gap` is infinite if they do not solve its pose.
@@ -400,6 +402,9 @@ private:
         Directions<double> d;
         if (!(curve.place(stretch_at(stretches, report.from), report.from, d) > tuning_.proof.least_room))
             report.status = Status::NO_POSTURE;
+        else if (!explicit_family<F> && !report.given_up &&
+                 within_limits(limits_, broken.q, tuning_.proof.broken) && !touches(report.from, broken.q))
+            report.status = Status::NEAR_SINGULAR;  // it jumps
         report.to = at.back();
         report.reached = report.from;
         branch.sections = std::move(finer.sections);

@@ -182,10 +182,14 @@ inline OffsetBranch branch_of(const OffsetChain& arm, const SinCos<double>* angl
     return offset_branch(arm.nominal, theta);
 }
 
-/// Whether a posture reaches the pose within the tolerance, in the branch.
+/// Whether a posture reaches the pose within the tolerance, in the branch. Where branches meet, and rounding
+/// decides the sign, a posture is in both.
 inline bool is_of(const OffsetChain& arm, const OffsetBranch& branch, const ChainPosture& at,
                   const OffsetChainTuning& tuning) noexcept {
-    return at.left <= tuning.residual && index(branch_of(arm, at.angle)) == index(branch);
+    const SinCos<double>&delta = arm.nominal.rest.delta, &theta_4 = at.angle[3];
+    const double bend = theta_4.sin * delta.cos - theta_4.cos * delta.sin, least = -tuning.residual;
+    return at.left <= tuning.residual && at.angle[1].sin * branch.shoulder >= least &&
+           bend * branch.elbow >= least && at.angle[4].cos * branch.wrist >= least;
 }
 
 /// The arm whose links are between the nominal ones (share 0) and the true ones (share 1).
