@@ -190,14 +190,20 @@ def test_one_pose_equal_poses_and_none(name: str) -> None:
 
 @QUICK
 def test_ends_that_are_none_of_the_path_are_refused(name: str) -> None:
-    """A start or goal of another pose raises; one beyond limits or in another branch fails, and `explain`
-    says so.
+    """A start or goal of another pose raises; one beyond limits, a whole turn away or in another branch
+    fails, and `explain` says so.
     """
     path, start = turned(name), READY[name]
     refused(aa.InputError, "start belongs to another pose", aa.plan, path.arm, path.poses, start=start + 0.2)
     refused(aa.InputError, "goal belongs to another pose", aa.plan, path.arm, path.poses, goal=start)
     beyond = aa.plan(limited(path.arm, 0, upper=start[0] - 0.05), path.poses, start=start)
     assert not beyond.ok and "beyond the upper one of joint 1" in beyond.explain()
+    free, away = limited(path.arm, 4, lower=-np.inf, upper=np.inf), 2 * np.pi * np.eye(7)[4]
+    for turns in (1, -1):
+        turned_goal = aa.plan(free, path.poses, start=start, goal=path.q[-1] + turns * away)
+        assert not turned_goal.ok and "the goal has a joint a whole turn from" in turned_goal.explain()
+        assert turned_goal.diagnosis is not None
+        assert turned_goal.diagnosis.branches[0].status == aa.Status.JOINT_JUMP
     asked: Any = int(path.gc[0]) ^ 1
     other = aa.plan(path.arm, path.poses, start=start, gc=asked)
     assert not other.ok and "another global configuration" in other.explain()

@@ -173,7 +173,9 @@ public:
     }
 
     /// Finds a path through the sections of a branch, with more of them where it ends, and returns the number
-    /// of sections reached. Writes to the report whether it gave up. Ends if is_shut(branch).
+    /// of sections reached. Ends if is_shut(branch). From the first section without a continuation on it is
+    /// `stalled`; with as many sections as a branch may have it is `spent`. The report says whether it gave
+    /// up for that, or after so many rounds without getting farther.
     template <class IsShut>
     std::size_t find(Branch& branch, const IsShut& is_shut) const {
         branch.way.clear();
@@ -228,6 +230,19 @@ public:
             if (branch.ends[1].q) turn = round((branch.ends[1].q[j] - way.back().q[j]) / two_pi);
             for (State& at : way) at.q[j] += two_pi * turn;
         }
+    }
+
+    /// Whether the path of a branch ends with the turns of its goal; if not, reports that.
+    static bool arrives(Branch& branch) noexcept {
+        for (int j = 0; j < joints && branch.ends[1].q; ++j) {
+            if (abs(branch.way.back().q[j] - branch.ends[1].q[j]) <= pi) continue;
+            BranchReport& report = branch.report;
+            report.verdict = Verdict::goal;
+            report.status = Status::JOINT_JUMP;
+            report.from = report.to = report.reached = 1.0;
+            return false;
+        }
+        return true;
     }
 
     /// Lowers the objective of the branch's path by Newton steps of the redundant parameter at all sections
@@ -410,10 +425,7 @@ private:
             std::size_t at = end;
             for (std::size_t k = layer.size(); k-- > 0;) {
                 const Node& node = layer[k][at];
-                if (const End* held = anchor(branch, k))
-                    way[k] = fixed(branch.sections[k], branch.report.gc, *held);
-                else
-                    state(branch.sections[k], branch.report.gc, node.free, node.q, way[k]);
+                way[k] = fixed(branch.sections[k], branch.report.gc, node.free, node.q);
                 at = static_cast<std::size_t>(std::max(node.from, 0));
             }
             if (branch.way.empty())
@@ -447,7 +459,7 @@ private:
     /// Computes the configuration of a value of the redundant parameter, in the revolution nearest to `near`,
     /// or to the middles of the limits if it is null. False if there is no solution, or it touches an
     /// obstacle.
-    bool state(const Section& at, int gc, double free, const double* near, State& out) const {
+    [[nodiscard]] bool state(const Section& at, int gc, double free, const double* near, State& out) const {
         return state<Jet<double, 2>>(placer(family_, at.pose, gc), at.wished, free, near, out) &&
                !touches(at, free, out.q);
     }
@@ -461,8 +473,8 @@ private:
     /// The same at the pose of a placer (explicit_family.hpp), with the target of the redundant parameter. J:
     /// double, if derivatives are not needed.
     template <class J, class Place>
-    bool state(const Place& place, double wished, double free, const double* near,
-               State& out) const noexcept {
+    [[nodiscard]] bool state(const Place& place, double wished, double free, const double* near,
+                             State& out) const noexcept {
         constexpr bool derived = !std::is_same_v<J, double>;
         const auto value = [](const J& x) -> double {
             if constexpr (derived)
@@ -551,13 +563,14 @@ private:
         return k + 1 == branch.sections.size() && branch.ends[1].q ? &branch.ends[1] : nullptr;
     }
 
-    /// The configuration of a given end, whose joints are taken as they are.
-    State fixed(const Section& at, int gc, const End& end) const {
+    /// The configuration of a value of the redundant parameter whose joints q are known and taken as they
+    /// are. Costs and derivatives are 0 if there are none, where joints share their turn: no descent moves
+    /// it.
+    State fixed(const Section& at, int gc, double free, const double* q) const {
         State out{};
-        state(at, gc, end.lambda, end.q, out);
-        if (!(out.cost < infinity)) out = {};  // where joints share their turn
-        out.free = end.lambda;
-        std::copy(end.q, end.q + joints, out.q);
+        if (!state(at, gc, free, q, out) || !(out.cost < infinity)) out = {};
+        out.free = free;
+        std::copy(q, q + joints, out.q);
         return out;
     }
 
@@ -597,7 +610,7 @@ private:
         };
         if (const End* end = anchor(branch, k)) {
             if (is_held(section, *end) && within_limits(limits_, end->q, tuning_.beside))
-                put(fixed(section, branch.report.gc, *end), arc_at(section, end->lambda));
+                put(fixed(section, branch.report.gc, end->lambda, end->q), arc_at(section, end->lambda));
             return out;
         }
         for (int i = 0; i < section.arcs.count; ++i) {

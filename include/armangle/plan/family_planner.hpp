@@ -241,22 +241,12 @@ private:
         }
         if (report.verdict == Verdict::ok) {
             search_.lift_way(branch);
-            if (arrives(branch)) {
+            if (search_.arrives(branch)) {
                 search_.descend(branch);
                 take_margins(branch, report);
-            } else {
-                report.verdict = Verdict::goal;
-                report.status = Status::JOINT_JUMP;
-                report.from = report.to = report.reached = 1.0;
             }
         }
         advance();
-    }
-    /// Whether the path of a branch ends with the turns of the goal.
-    bool arrives(const Branch& branch) const noexcept {
-        for (int j = 0; j < joints && ends_[1].q; ++j)
-            if (abs(branch.way.back().q[j] - ends_[1].q[j]) > pi) return false;
-        return true;
     }
     /// Reports progress.
     void advance() const {

@@ -286,6 +286,7 @@ private:
             return;
         }
         search_->settle(branch);
+        if (!search_->arrives(branch)) return;
         found.coarse = coarse_optimum(task_, options_.objective, gc, found.fixed(), branch);
         const Optimum& best = found.coarse;
         out.margin = best.margin;
