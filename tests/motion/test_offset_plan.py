@@ -240,6 +240,19 @@ def test_obstacles_that_leave_no_way_are_named() -> None:
     assert not begun.ok and "lamp" in begun.explain()
 
 
+@pytest.mark.parametrize("name", ["franka_fr3", "willow_garage_pr2_left"])
+def test_where_one_solution_only_just_keeps_the_clearance_a_plan_is_undecided(name: str) -> None:
+    """Where one solution keeps exactly the clearance, and no other does, `plan` is undecided."""
+    start = {"franka_fr3": READY}.get(name, [0.4, 0.5, 0.6, -1.3, 0.4, -0.8, 0.3])
+    arm = named(name).with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.04))
+    (pose, _, gc), lamp = arm.forward(start), aa.Ball(np.add(arm.elbow(start), [0.0, -0.15, 0.05]), 0.03)
+    lit = arm.with_(scene=aa.Scene([lamp]))
+    kept = float(lit.clearance(lit.solve(pose, gc=int(gc), prefer="clearance").q).distance)
+    path = aa.plan(arm.with_(scene=aa.Scene([lamp], clearance=kept)), [pose, pose], gc=int(gc))
+    assert not path.ok and path.diagnosis is not None
+    assert path.diagnosis.branches[0].verdict.name == "UNRESOLVED" and path.diagnosis.branches[0].given_up
+
+
 def test_an_interrupt_ends_it() -> None:
     """What `progress` raises ends `plan`."""
 

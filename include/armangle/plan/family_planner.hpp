@@ -142,11 +142,10 @@ private:
         }
     }
     /// Reduces arcs to those that the user permits and in which the arm is collision-free; `pair` is the one
-    /// that leaves none. Unless the family is explicit, found.open becomes what is proven neither way, and is
-    /// added to the arcs: the proof of the curve decides there.
+    /// that leaves none. found.open becomes what is proven neither way. Unless the family is explicit, it is
+    /// added to the arcs: the proof of the curve decides there. If it is, it is empty where there are arcs.
     void keep_open(double s, const Pose<double>& at, int gc, ProvenArcs& found, Tag& pair) const {
         ArcSet open = found.open, all;
-        if constexpr (explicit_family<F>) make_empty(open);
         if (options_.allowed && !(found.arcs.empty() && open.empty())) {
             const ArcSet may = permitted(s);
             for (ArcSet* arcs : {&found.arcs, &open}) {
@@ -161,12 +160,13 @@ private:
             ArcSet left;
             keep_clear(family_.arm(), scenes[k], at, gc, found, pair, false, {}, &left);
             if (found.status == Status::POSE_BLOCKED) make_empty(open);
-            if (explicit_family<F> || left.empty()) continue;
+            if (left.empty()) continue;
             unite(open, left, all);
             open = all;
         }
+        if (explicit_family<F> && !found.arcs.empty()) make_empty(open);
         found.open = open;
-        if (open.empty()) return;
+        if (explicit_family<F> || open.empty()) return;
         unite(found.arcs, open, all);
         found.arcs = all;
         found.status = Status::OK;
@@ -306,13 +306,16 @@ private:
         branch.sections = std::move(part.sections);
         branch.way = std::move(part.way);
     }
-    /// Whether some section has no arc. If so, writes to the report of the branch where, and why (out of
-    /// reach before any other reason).
+    /// Whether some section has no arc. If so, writes to the report of the branch where, and why: out of
+    /// reach before any other reason, and what is proven before that nothing is.
     bool is_shut(Branch& branch) const {
         BranchReport& report = branch.report;
         const auto shut = [](const Section& x) { return x.arcs.empty(); };
-        const auto first = std::find_if(branch.sections.begin(), branch.sections.end(), shut);
-        if (first == branch.sections.end()) return false;
+        const auto proven = [&](const Section& x) { return shut(x) && !x.unproven; };
+        auto first = std::find_if(branch.sections.begin(), branch.sections.end(), proven);
+        report.given_up = first == branch.sections.end();
+        if (report.given_up) first = std::find_if(branch.sections.begin(), branch.sections.end(), shut);
+        if (first == branch.sections.end()) return report.given_up = false;
         const auto last = std::find_if_not(first, branch.sections.end(), shut);
         const auto beyond =
             std::find_if(first, last, [](const Section& x) { return x.status == Status::UNREACHABLE; });
@@ -322,6 +325,7 @@ private:
         report.status = named.status;
         report.touching = named.pair;
         report.verdict = beyond != last ? Verdict::unreachable : Verdict::impossible;
+        if (report.given_up) report.verdict = Verdict::unresolved;
         for (auto at = first; at != last; ++at) report.excess = max(report.excess, family_.excess(at->pose));
         return true;
     }
@@ -389,6 +393,7 @@ private:
         report.status = options_.scenes.count > 0 ? Status::CLEARANCE : Status::LIMITS;
         report.from = at.front();
         const FamilyCurve<F> curve{family_, report.gc, path_, stretches};
+        const PlacedPosture broken = curve.at(report.from);
         Directions<double> d;
         if (!(curve.place(stretch_at(stretches, report.from), report.from, d) > tuning_.proof.least_room))
             report.status = Status::NO_POSTURE;
