@@ -64,7 +64,7 @@ def cells_of(name: str, arm: aa.Arm, fields: tuple[str, ...], goal: float) -> Wo
 
     def work() -> object:
         return handle.map_cells(
-            places, axes["tilt"], axes["turn"], grid.steps, 0.0, gc, freedom, yaw, roll, None, 1
+            places, axes["tilt"], axes["turn"], grid.steps, 0.0, gc, freedom, yaw, roll, None, None, 1
         )
 
     goals = {"": goal} if goal else {}

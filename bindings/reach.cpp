@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "armangle/chain/hull_cells.hpp"
-#include "armangle/motion/proven_turns.hpp"
+#include "armangle/chain/between_ends.hpp"
+#include "armangle/offset/chain/between_ends.hpp"
 #include "collected.hpp"
 #include "elements.hpp"
 #include "limits_of_handle.hpp"
@@ -247,12 +247,12 @@ struct MapAngles {
 struct CellColumns {
     std::uint8_t* gc;
     float* freedom;
-    std::uint8_t *yaw, *roll, *proven;
+    std::uint8_t *yaw, *roll, *proven, *unproven;
 
     /// The columns from cell k on.
     CellColumns at(std::size_t k) const {
         const auto moved = [k](std::uint8_t* column) { return column ? column + k : nullptr; };
-        return {gc + k, freedom + k, moved(yaw), moved(roll), moved(proven)};
+        return {gc + k, freedom + k, moved(yaw), moved(roll), moved(proven), moved(unproven)};
     }
     /// Writes the values of cell k.
     void write(const ReducedCell& cell, Proven certain, std::size_t k) const {
@@ -261,6 +261,7 @@ struct CellColumns {
         if (yaw) yaw[k] = cell.yaw;
         if (roll) roll[k] = cell.roll;
         if (proven) proven[k] = static_cast<std::uint8_t>(certain);
+        if (unproven) unproven[k] = cell.unproven;
     }
 };
 
@@ -272,8 +273,9 @@ Proven proven_of(const ReducedArm<Arm>& arm, const ReducedPlace<Arm>& place, con
     place.widest(middle.turn, psi, gc);
     return proven_cell(arm, middle, half, psi, gc);
 }
-/// For an arm with an offset nothing is proven, and Python does not ask for it.
-Proven proven_of(const ReducedArm<OffsetArm>&, const ReducedPlace<OffsetArm>&, const ReducedPose&,
+/// For other kinds of arm nothing is proven of whole cells, and Python does not ask for it.
+template <class AnyArm>
+Proven proven_of(const ReducedArm<AnyArm>&, const ReducedPlace<AnyArm>&, const ReducedPose&,
                  const CellSize&) {
     return Proven::unknown;
 }
@@ -305,23 +307,25 @@ void place_cells(const ReducedArm<AnyArm>& arm, double r, double height, const M
 }
 
 /// Writes gc and freedom of the cells (k, tilts, turns) of a map at wrist positions (k, 2), r and height.
-/// Optional: yaw, roll, and the proof for cells of `size` along each axis (4,).
+/// Optional: yaw, roll, the proof for cells of `size` along each axis (4,), and the unproven branches.
 template <class Handle>
 void map_cells(const Handle& self, Floats places, Floats tilt, Floats turn, Floats size, double margin,
                Bytes gc, Singles freedom, std::optional<Bytes> yaw, std::optional<Bytes> roll,
-               std::optional<Bytes> proven, int threads) {
+               std::optional<Bytes> proven, std::optional<Bytes> unproven, int threads) {
     const Buffer at(places), tilts(tilt), turns(turn), to_gc(gc, true), to_freedom(freedom, true);
-    Buffer to_yaw, to_roll, to_proven;
+    Buffer to_yaw, to_roll, to_proven, to_unproven;
     const Buffer whole(size);
     const double* w = whole.data<double>();
     const CellSize half{0.5 * w[0], 0.5 * w[1], 0.5 * w[2], 0.5 * w[3]};
-    if (yaw) to_yaw.get(*yaw, true);
-    if (roll) to_roll.get(*roll, true);
-    if (proven) to_proven.get(*proven, true);
+    const auto column = [](const std::optional<Bytes>& of, Buffer& to) -> std::uint8_t* {
+        if (!of) return nullptr;
+        to.get(*of, true);
+        return to.data<std::uint8_t>();
+    };
     const MapAngles directions(tilts, turns);
-    const CellColumns out{
-        to_gc.data<std::uint8_t>(), to_freedom.data<float>(), yaw ? to_yaw.data<std::uint8_t>() : nullptr,
-        roll ? to_roll.data<std::uint8_t>() : nullptr, proven ? to_proven.data<std::uint8_t>() : nullptr};
+    const CellColumns out{to_gc.data<std::uint8_t>(), to_freedom.data<float>(),
+                          column(yaw, to_yaw),        column(roll, to_roll),
+                          column(proven, to_proven),  column(unproven, to_unproven)};
     const auto arm = reduced_arm(self.arm, margin);
     watched(static_cast<std::size_t>(at.shape(0)), threads,
             [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
@@ -338,8 +342,7 @@ void poses_of_reduced(const Handle& self, Floats coordinates, Floats out) {
     const Buffer in(coordinates), to(out, true);
     for (Py_ssize_t i = 0; i < in.shape(0); ++i) {
         const double* c = in.data<double>() + 6 * i;
-        store_pose(pose_of(nominal(self.arm), {c[0], c[1], c[2], c[3], c[4], c[5]}),
-                   to.data<double>() + 16 * i);
+        store_pose(pose_of(self.arm, {c[0], c[1], c[2], c[3], c[4], c[5]}), to.data<double>() + 16 * i);
     }
 }
 
@@ -351,7 +354,7 @@ void reduced_of_poses(const Handle& self, Floats pose, Floats out) {
         const double* m = in.data<double>() + at[0];
         const Problem problem = check_pose(self.arm, m, value);
         if (problem != Problem::none) return problem;
-        const ReducedPose p = reduced_pose(nominal(self.arm), load_pose(m));
+        const ReducedPose p = reduced_pose(self.arm, load_pose(m));
         const double six[] = {p.r, p.height, p.tilt, p.turn, p.azimuth, p.roll};
         std::memcpy(to.data<double>() + at[1], six, sizeof(six));
         return Problem::none;
@@ -385,27 +388,37 @@ std::pair<double, double> reduced_distances(const Handle& self) {
     return {reach.inner, reach.outer};
 }
 
-/// Binds freedom, turns and placement, which arms of all kinds have.
+/// Writes the middle and the radius (m) of a ball around all positions that the end effector can have.
 template <class Handle>
-void bind_freedom(nb::class_<Handle>& arm) {
+void reach_ball_of(const Handle& self, Floats out) {
+    const Buffer to(out, true);
+    const ReachBall ball = reach_ball(self.arm);
+    const double four[] = {ball.centre.x, ball.centre.y, ball.centre.z, ball.radius};
+    std::memcpy(to.data<double>(), four, sizeof(four));
+}
+
+/// Binds freedom, turns, placement and maps, which arms of all kinds have.
+template <class Handle>
+void bind_reach_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
     arm.def("freedom_many", &freedom_many<Handle>, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
     arm.def("turns_many", &turns_many<Handle>, "pose"_a, "turned"_a, "margin"_a, "unproven"_a, "threads"_a);
     arm.def("place_many", &place_many<Handle>, "pose"_a, "weight"_a, "position"_a, "margin"_a, "out"_a,
             "threads"_a);
-}
-
-/// Binds freedom, turns, placement, reachability and maps.
-template <class Handle>
-void bind_reach_of(nb::class_<Handle>& arm) {
-    using namespace nb::literals;
-    bind_freedom(arm);
-    arm.def("reachable_many", &reachable_many<Handle>, "pose"_a, "margin"_a, "out"_a, "threads"_a);
     arm.def("map_cells", &map_cells<Handle>, "places"_a, "tilt"_a, "turn"_a, "size"_a, "margin"_a, "gc"_a,
-            "freedom"_a, "yaw"_a.none(), "roll"_a.none(), "proven"_a.none(), "threads"_a);
+            "freedom"_a, "yaw"_a.none(), "roll"_a.none(), "proven"_a.none(), "unproven"_a.none(),
+            "threads"_a);
     arm.def("poses_of_reduced", &poses_of_reduced<Handle>, "coordinates"_a, "out"_a);
     arm.def("reduced_of_poses", &reduced_of_poses<Handle>, "pose"_a, "out"_a);
     arm.def("reduced_distances", &reduced_distances<Handle>);
+    arm.def("reach_ball", &reach_ball_of<Handle>, "out"_a);
+}
+
+/// Binds reachability in closed form.
+template <class Handle>
+void bind_reachable(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("reachable_many", &reachable_many<Handle>, "pose"_a, "margin"_a, "out"_a, "threads"_a);
 }
 
 /// Binds the derivatives of feasible intervals.
@@ -422,13 +435,14 @@ void bind_slopes(nb::class_<Handle>& arm) {
 /// Binds reachability, maps, placement and slopes of an arm with an offset.
 void bind_offset_reach(nb::class_<OffsetHandle>& arm) {
     bind_reach_of(arm);
+    bind_reachable(arm);
     bind_slopes(arm);
 }
-/// Binds freedom, turns and placement of a nearly S-R-S arm.
-void bind_chain_reach(nb::class_<ChainArmHandle>& arm) { bind_freedom(arm); }
-/// Binds freedom, turns, placement and slopes of an arm with an offset and its own chain.
+/// Binds freedom, turns, maps and placement of a nearly S-R-S arm.
+void bind_chain_reach(nb::class_<ChainArmHandle>& arm) { bind_reach_of(arm); }
+/// Binds freedom, turns, maps, placement and slopes of an arm with an offset and its own chain.
 void bind_offset_chain_reach(nb::class_<OffsetChainHandle>& arm) {
-    bind_freedom(arm);
+    bind_reach_of(arm);
     bind_slopes(arm);
 }
 
@@ -437,6 +451,7 @@ void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Turned>(m, "Turned").value("BASE", Turned::base).value("TOOL", Turned::tool);
     bind_reach_of(arm);
+    bind_reachable(arm);
     bind_slopes(arm);
 }
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.calibrated import calibrated
 from support.maps import ARMS, digest, small_tiles
 from support.needs import need
+
+import armangle as aa
 
 from .conftest import Cli
 
@@ -37,6 +40,19 @@ def test_parts_then_the_rest_then_a_look(name: str, cli: Cli, monkeypatch: pytes
     assert ran.status == 1 and "not as written:" in ran.err
     assert cli("reach a.zarr --resume").status == 0
     assert digest(Path("a.zarr")) == digest(Path("whole.zarr"))
+
+
+def test_a_map_of_an_own_chain_says_what_is_not_proven(cli: Cli) -> None:
+    """`armangle reach` of a calibrated arm prints how many cells are neither reached nor excluded."""
+    Path("near.urdf").write_text(calibrated("fetch", 1.0, 1.0).to_urdf())
+    size = "--spacing 0.4 --angle 60 --fields gc"
+    ran = cli(f"reach a.zarr --robot near.urdf {size}")
+    found = aa.ReachMap("a.zarr")
+    assert ran.status == 0 and found.fields == ("gc", "unproven") and found.unproven > 0
+    cells = 6 * 3 * int(found.shape[0] * found.shape[1])
+    assert f"{found.unproven} of {cells} cells neither reached nor excluded" in ran.out
+    assert cli("reach a.zarr --json").facts["unproven"] == found.unproven
+    assert cli("reach a.zarr --verify").status == 0
 
 
 @pytest.mark.parametrize(("words", "said"), [

@@ -147,7 +147,7 @@ def test_what_is_proven_of_a_cell_holds_everywhere_in_it(name: str, tmp_path: Pa
     tilt, turn = rng.uniform(0.02, 3.1, 12), rng.uniform(-3, 3, 16)
     cells = (len(places), 12, 16)
     gc, proven, freedom = np.empty(cells, np.uint8), np.empty(cells, np.uint8), np.empty(cells, np.float32)
-    arm._handle.map_cells(places, tilt, turn, steps, 0.0, gc, freedom, None, None, proven, 1)
+    arm._handle.map_cells(places, tilt, turn, steps, 0.0, gc, freedom, None, None, proven, None, 1)
     assert not ((proven == 1) & (gc == 0)).any() and not ((proven == 2) & (gc != 0)).any()
     bare, checked = freed(arm, 1, 7), 0
     for code, wanted in ((1, True), (2, False)):

@@ -60,7 +60,10 @@ OWN: Rows = [
 BOTH: Rows = [
     ("deviation", lambda arm: arm.deviation.bands),
     ("singularity_margin= is not made for", lambda arm: arm.with_(singularity_margin=0.1)),
-    ("reach_map.*use .* the arm with an offset beside it", lambda arm: aa.reach_map(arm, "never made")),
+    (
+        "reach_map.*proven.*use .* the arm with an offset beside it",
+        lambda arm: aa.reach_map(arm, "never made", fields="proven"),
+    ),
 ]
 MIRRORED = aa.Arm(a_1=0.1, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2.6] * 7, upper=[2.6] * 7)
 KINDS: list[tuple[aa.Arm, Rows]] = [

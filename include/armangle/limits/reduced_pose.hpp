@@ -1,5 +1,5 @@
-// The four numbers of a pose that determine joints 2 to 6; a reach map is a grid over them. Of an arm with an
-// offset they are the same four numbers of its rows, and what a turn about axes 1 and 7 leaves.
+// The four numbers of a pose that determine joints 2 to 6; a reach map is a grid over them. Any arm has them:
+// they are what a turn about its own axes 1 and 7 leaves, counted from the points of its DH rows.
 //
 //        axis 1                     z_7 = cos(tilt) w + sin(tilt) (cos(turn) e + sin(turn) z)
 //          |      W . -> w
@@ -27,11 +27,12 @@ struct ReducedPose {
 
 /// The values of one cell of the map at its centre; for an arm with an offset, psi is its free joint.
 struct ReducedCell {
-    std::uint8_t gc;         // bit k: branch k solves it at some azimuth and roll
-    std::uint8_t yaw, roll;  // share of the azimuths (rolls) at which some roll (azimuth) reaches it, in
-                             // 255ths,
-                             // rounded down: 255 is all
-    float freedom;           // rad: length of the psi that joints 2 to 6 permit, summed over the branches
+    std::uint8_t gc;  // bit k: branch k solves it at some azimuth and roll
+    // share of the azimuths (rolls) at which some roll (azimuth) reaches it, in 255ths, rounded down: 255 is
+    // all
+    std::uint8_t yaw, roll;
+    std::uint8_t unproven;  // bit k: branch k neither is found to solve it nor is excluded
+    float freedom;          // rad: length of the psi that joints 2 to 6 permit, summed over the branches
 };
 
 /// The arms that a map uses: without base and tool, psi from axis 1; joints 1 and 7 without limits, or one of
@@ -51,6 +52,23 @@ struct ReducedReach {
 /// The least and greatest distance (m) of the wrist from the shoulder.
 inline ReducedReach reduced_reach(const Arm& arm) noexcept { return {arm.inner_reach, arm.reach}; }
 
+/// What is before axis 1 and behind axis 7 in a user's pose: pose = before (flange pose in the frame of the
+/// DH rows) after, where a turn about the arm's own axis 1 or 7 is one about the z axis of the flange pose.
+struct EndFrames {
+    Pose<double> before, after;
+};
+/// The base and the tool.
+template <class AnyArm>
+EndFrames end_frames(const AnyArm& arm) noexcept {
+    return {nominal(arm).base, nominal(arm).tool};
+}
+
+/// Makes the arm again with the identity as its end frames; the base and tool of the parameters are none.
+template <class AnyArm>
+AnyArm between_ends(const AnyArm& arm, const ArmParameters& parameters) noexcept {
+    return remade(arm, parameters);
+}
+
 namespace detail {
 
 /// The arm without base and tool, and without the limits of joints 1 and 7 unless they are kept.
@@ -63,7 +81,7 @@ AnyArm bare(const AnyArm& arm, bool keep_first, bool keep_last) noexcept {
         p.limits.lower[joint] = -infinity;
         p.limits.upper[joint] = infinity;
     }
-    return remade(arm, p);
+    return between_ends(arm, p);
 }
 
 /// Whether theta of a joint (0..6) may be negated: it is unlimited, or its range is symmetric.
@@ -98,34 +116,44 @@ inline std::uint8_t share_of_circle(const ArcSet& set) noexcept {
 
 }  // namespace detail
 
+/// Whether turn and -turn have the same cell: joints 3 and 5 have symmetric ranges.
+template <class AnyArm>
+bool is_mirrored(const AnyArm& arm) noexcept {
+    const Arm& rows = nominal(arm);
+    return rows.d_4 == 0 && detail::is_symmetric(rows, 2) && detail::is_symmetric(rows, 4);
+}
+
 /// Makes the three arms of a map (joints 1 and 7 without limits, or one of them limited) and their limit
 /// tables; the margin (rad, to singularities) is that of limit_table().
 template <class AnyArm>
 ReducedArm<AnyArm> reduced_arm(const AnyArm& arm, double margin) noexcept {
     const AnyArm free = detail::bare(arm, false, false), yawed = detail::bare(arm, true, false),
                  rolled = detail::bare(arm, false, true);
-    const Arm& rows = nominal(arm);
-    const bool mirrored = rows.d_4 == 0 && detail::is_symmetric(rows, 2) && detail::is_symmetric(rows, 4);
     return {free,
             yawed,
             rolled,
             limit_table(free, margin),
             limit_table(yawed, margin),
             limit_table(rolled, margin),
-            mirrored};
+            is_mirrored(arm)};
 }
 
 /// The user's pose of reduced coordinates; r and the height must not both be 0.
-inline Pose<double> pose_of(const Arm& arm, const ReducedPose& at) noexcept {
-    return user_pose(arm, detail::reduced_flange(arm, at));
+template <class AnyArm>
+Pose<double> pose_of(const AnyArm& arm, const ReducedPose& at) noexcept {
+    const EndFrames ends = end_frames(arm);
+    return ends.before * detail::reduced_flange(nominal(arm), at) * ends.after;
 }
 
 /// The reduced coordinates of a user's pose. The azimuth is 0 if the wrist lies on axis 1; the turn is 0 if
 /// axis 7 is along shoulder-wrist.
-inline ReducedPose reduced_pose(const Arm& arm, const Pose<double>& pose) noexcept {
-    const Pose<double> flange = flange_pose(arm, pose);
+template <class AnyArm>
+ReducedPose reduced_pose(const AnyArm& arm, const Pose<double>& pose) noexcept {
+    const Arm& rows = nominal(arm);
+    const EndFrames ends = end_frames(arm);
+    const Pose<double> flange = inverted(ends.before) * pose * inverted(ends.after);
     const auto& [x7, y7, z7] = flange.rotation;
-    const Vec3<double> p = flange.position - Vec3<double>{0.0, 0.0, arm.d_bs} - z7 * arm.d_wf;
+    const Vec3<double> p = flange.position - Vec3<double>{0.0, 0.0, rows.d_bs} - z7 * rows.d_wf;
     ReducedPose out{hypot(p.x, p.y), p.z, 0, 0, 0, 0};
     if (out.r > 0) out.azimuth = atan2(p.y, p.x);
     const double n = norm(p);
@@ -139,6 +167,20 @@ inline ReducedPose reduced_pose(const Arm& arm, const Pose<double>& pose) noexce
     const Vec3<double> y = e * turn.sin - z * turn.cos;
     out.roll = atan2(dot(y, x7), dot(y, y7));
     return out;
+}
+
+/// A ball around all positions that the end effector can have.
+struct ReachBall {
+    Vec3<double> centre;  // m
+    double radius;        // m
+};
+/// The ball around the shoulder that holds every position of the end effector.
+template <class AnyArm>
+ReachBall reach_ball(const AnyArm& arm) noexcept {
+    const EndFrames ends = end_frames(arm);
+    const Vec3<double> shoulder{0.0, 0.0, nominal(arm).d_bs}, wrist{0.0, 0.0, -nominal(arm).d_wf};
+    return {ends.before.rotation * shoulder + ends.before.position,
+            reduced_reach(arm).outer + norm(ends.after.position - wrist)};
 }
 
 /// Computes the cells of one wrist position, for one kind of arm.
@@ -292,7 +334,7 @@ private:
         at.turn = turn;
         const Pose<double> flange = detail::reduced_flange(arm_.free, at);
         const Freedom f = freedom(arm_.free, flange, arm_.free_table);
-        ReducedCell out{f.gc, 0, 0, static_cast<float>(f.total)};
+        ReducedCell out{f.gc, 0, 0, 0, static_cast<float>(f.total)};
         ArcSet set;
         if (with_yaw) {
             turn_arcs(arm_.yawed, flange, arm_.yawed_table, Turned::base, set);

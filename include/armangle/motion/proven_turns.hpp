@@ -42,17 +42,22 @@ public:
         Limits others = family_.rows().limits;
         others.lower[joint_] = -infinity;
         others.upper[joint_] = infinity;
+        ProvenArcs found[configurations];
+        for (int gc = 0; gc < configurations; ++gc) family_.arcs(pose_, gc, others, found[gc]);
+        return find(found, out, unproven);
+    }
+
+    /// The same, given the arcs `found` that all joints but the turned one permit.
+    Status find(const ProvenArcs (&found)[configurations], ArcSet& out, double& unproven) noexcept {
         Status why = Status::UNREACHABLE;
         unsigned open = 0;
         for (int gc = 0; gc < configurations; ++gc) {
-            ProvenArcs found;
-            family_.arcs(pose_, gc, others, found);
-            why = nearer_reason(why, found.status);
+            why = nearer_reason(why, found[gc].status);
             Cells cells(family_.arm(), pose_, gc);
             looks_ = tuning_.looks;
-            bool known = found.unproven <= 0;
-            for (int i = 0; i < found.arcs.count && !turns_.full(); ++i)
-                known &= add_arc(cells, found.arcs.arc[i]);
+            bool known = found[gc].unproven <= 0;
+            for (int i = 0; i < found[gc].arcs.count && !turns_.full(); ++i)
+                known &= add_arc(cells, found[gc].arcs.arc[i]);
             if (!known) open |= 1u << gc;
         }
         turns_.finish(out);
@@ -106,6 +111,11 @@ private:
 
     /// Adds the rotations along an arc of the redundant parameter; false if parts of it are not known.
     bool add_arc(Cells& cells, const Arc& arc) noexcept {
+        if (!(range_.upper - range_.lower < two_pi)) {
+            turns_.add_full();
+            possible_.add_full();
+            return true;
+        }
         const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / (2.0 * Cells::widest));
         const double width = (arc.upper - arc.lower) / parts;
         Swing swing;

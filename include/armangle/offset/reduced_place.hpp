@@ -41,12 +41,11 @@ public:
     ReducedCell cell(double turn, bool with_yaw, bool with_roll) const noexcept {
         ReducedPose at = at_;
         at.turn = turn;
-        const Pose<double> pose = pose_of(arm_.free.own, at),
-                           exact{orthonormal(pose.rotation), pose.position};
+        const Pose<double> pose = pose_of(arm_.free, at), exact{orthonormal(pose.rotation), pose.position};
         ProvenArcs found[configurations];
         feasible_all(arm_.free, exact, arm_.free.own.limits, found);
         const Freedom f = detail::freedom_of(arm_.free, exact, found);
-        ReducedCell out{f.gc, 0, 0, static_cast<float>(f.total)};
+        ReducedCell out{f.gc, 0, 0, 0, static_cast<float>(f.total)};
         if (f.gc == 0) return out;
         const auto share = [&](const OffsetArm& arm, Turned turned) {
             ArcSet set;

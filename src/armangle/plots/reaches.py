@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +23,7 @@ _LABELS = {
     "yaw": "mean share of azimuths",
     "roll": "mean share of rolls",
     "proven": "share of directions proven to be held",
+    "unproven": "share of directions neither held nor excluded",
 }
 _LARGEST = 60.0  # pt², of a sphere where every orientation is reachable
 
@@ -40,7 +42,8 @@ def reach(found: ReachMap, field: str = "gc", *, ax: Any = None) -> Any:
     Returns
     -------
     matplotlib axes
-        A half plane through axis 1, in metres from the shoulder; white is unreachable.
+        A half plane through axis 1, in metres from the shoulder; white is unreachable. The title of an own
+        chain's map says how many cells are neither held nor excluded.
 
     Raises
     ------
@@ -59,7 +62,10 @@ def reach(found: ReachMap, field: str = "gc", *, ax: Any = None) -> Any:
     panel.set_aspect("equal")
     panel.set_xlabel("wrist beside axis 1 (m)")
     panel.set_ylabel("wrist above the shoulder (m)")
-    panel.set_title(f"{found.arm.name or 'arm'}, {1e3 * found.spacing:g} mm", fontsize=9)
+    title = f"{found.arm.name or 'arm'}, {1e3 * found.spacing:g} mm"
+    if "unproven" in found.fields:
+        title += f"\n{found.unproven} of {math.prod(found.shape)} cells not proven"
+    panel.set_title(title, fontsize=9)
     return panel
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from .._arrays import Floats, frozen
 
 AXES = ("r", "z", "tilt", "turn")
-_CELLS = 2**20  # cells of a tile, approximately: some tenths of a second of one core
+_CELLS = 2**20  # least number of cells of a tile in closed form: some tenths of a second of one core
 _MOST_CELLS = 2**23  # largest number of cells of a tile: memory of one thread, nine bytes each
 _TILES = 4096  # wanted maximum: each tile is one file for every field
 
@@ -33,12 +33,15 @@ class Grid:
     along: int
 
     @classmethod
-    def of(cls, reach: float, spacing: float, angle: float) -> Grid:
-        """Return a grid of wrists up to `reach` (m): cells of `spacing` (m) and at most `angle` (rad)."""
+    def of(cls, reach: float, spacing: float, angle: float, *, slow: bool = False) -> Grid:
+        """Return a grid of wrists up to `reach` (m): cells of `spacing` (m) and at most `angle` (rad).
+
+        If cells are slow, as they are unless the arm is S-R-S, tiles are as small as their number permits.
+        """
         tilts = max(1, math.ceil(math.pi / angle * (1 - 1e-12)))
         half = max(1, math.ceil(reach / spacing * (1 - 1e-12)))
         cells = 2 * half * half * 2 * tilts * tilts
-        wanted = min(max(_CELLS, cells // _TILES), _MOST_CELLS)
+        wanted = min(max(0 if slow else _CELLS, cells // _TILES), _MOST_CELLS)
         side = max(1, min(half, math.isqrt(wanted // (2 * tilts * tilts))))
         across = math.ceil(half / side)
         side = math.ceil(half / across)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .._arrays import Floats, PathLike, as_floats, as_number, as_poses, as_whole
 from .._progress import Progress, as_progress
@@ -28,8 +28,9 @@ _COORDINATES = 6
 _LEAST_SPACING, _LEAST_ANGLE, _MOST_ANGLE = 1e-4, math.radians(0.1), math.pi / 2
 _MOST_CELLS = 10**13
 _DRAWN_AT_ONCE = 10_000
+_TRIED_AT_ONCE = 100  # of them: a slow arm then tries few more than it keeps
 _MOST_SAMPLES = 100_000_000  # 12.8 GB
-_VAIN = 1000  # draws of this many poses without a reachable one before sampling gives up
+_VAIN = 10_000_000  # poses drawn without a reachable one before sampling gives up
 
 
 class ReachMap:
@@ -52,7 +53,10 @@ class ReachMap:
 
     An arm with an offset wrist or shoulder has the same four numbers, counted from the same points: the
     wrist is the point of axis 7 that is d_wf from the flange, the shoulder the point of axis 1 at d_bs. Its
-    ``freedom`` is that of the free joint.
+    ``freedom`` is that of the free joint. An arm on its own chain has those of its own axes 1 and 7, and
+    `coordinates` counts them. Its fields hold what is found or proven, and one more, always there with
+    ``gc``, says what is not: ``unproven`` (uint8), bit k is set if branch k is neither found to reach the
+    middle nor excluded.
 
     Parameters
     ----------
@@ -155,6 +159,25 @@ class ReachMap:
                 told(tile + 1, self.tiles)
         return tuple(wrong)
 
+    @property
+    def unproven(self) -> int:
+        """Number of cells whose middle is neither found to be reachable nor excluded, of the tiles computed.
+
+        0 unless the arm has its own chain. Raises `ModelError` if a tile is damaged.
+        """
+        if "unproven" not in self.fields:
+            return 0
+        return sum(int(self._held("unproven", tile).sum()) for tile in range(self.tiles))
+
+    def _held(self, name: str, tile: int) -> NDArray[Any]:
+        """Return what a section adds up of a tile: for a field of bits or codes, 1 or 0 for each cell."""
+        values = self._store.read_field(name, tile)
+        if name == "unproven":
+            values = (values != 0) & (self._store.read_field("gc", tile) == 0)
+        elif name in ("gc", "proven"):
+            values = values == 1 if name == "proven" else values != 0
+        return values
+
     def values(self, field: str) -> MapValues:
         """Return a field, indexed by cells like an array: ``values("gc")[3, 40]`` reads that place alone.
 
@@ -175,8 +198,9 @@ class ReachMap:
 
         Directions are weighted by their solid angle. For ``gc`` it is the share of directions that are
         reachable at some azimuth and roll; for ``freedom`` rad; for ``yaw`` and ``roll`` shares of the
-        circle; for ``proven`` the share of directions whose whole cells are proven reachable. Tiles that are
-        not computed yet count as 0.
+        circle; for ``proven`` the share of directions whose whole cells are proven reachable; for
+        ``unproven`` of those that are neither found to be reachable nor excluded. Tiles that are not computed
+        yet count as 0.
 
         Parameters
         ----------
@@ -198,10 +222,8 @@ class ReachMap:
         weight = weight / (weight.sum() * grid.turns)
         out = np.zeros(grid.shape[:2])
         for tile in range(grid.tiles):
-            window = grid.window(tile)
-            held = self._store.read_field(name, tile)
-            values = {"gc": held != 0, "proven": held == 1}.get(name, held)
-            out[window] = np.einsum("rzij,i->rz", values, weight, dtype=np.float64)
+            values = self._held(name, tile)
+            out[grid.window(tile)] = np.einsum("rzij,i->rz", values, weight, dtype=np.float64)
         return out / 255.0 if name in ("yaw", "roll") else out
 
     def at(self, pose: ArrayLike) -> Freedom:
@@ -321,9 +343,9 @@ class ReachMap:
         draws = self._draws(np.random.default_rng(int(seed)))
         while count < n:
             some = next(draws)
-            vain = vain + 1 if not len(some) else 0
+            vain = vain + _TRIED_AT_ONCE if not len(some) else 0
             if vain == _VAIN:
-                raise InputError(f"n is {n}, and of {_VAIN * _DRAWN_AT_ONCE} poses drawn the arm holds none")
+                raise InputError(f"n is {n}, and of {_VAIN} poses drawn the arm holds none")
             out[count : count + len(some)] = some[: n - count]
             count += len(some)
         return out
@@ -340,7 +362,9 @@ class ReachMap:
             angles = 2 * np.pi * drawn[:, 3:] - np.pi
             tilt = np.arccos(1 - 2 * drawn[:, 2])
             poses = self.pose(np.column_stack([beside, distance * height, tilt, angles]))
-            yield poses[np.asarray(arm.reachable(poses))]
+            for first in range(0, _DRAWN_AT_ONCE, _TRIED_AT_ONCE):
+                some = poses[first : first + _TRIED_AT_ONCE]
+                yield some[np.asarray(arm.reachable(some))]
 
     def to_xarray(self) -> Any:
         """Return the map as an xarray Dataset that reads values when they are used.
@@ -379,15 +403,16 @@ def reach_map(
     Parameters
     ----------
     arm : Arm
-        S-R-S, or with an offset wrist or shoulder. Its `scene` is ignored.
+        Of any kind. Its `scene` is ignored.
     path : str or path
         A folder to create, or an address for fsspec.
     spacing : float
         Distance of wrist positions, m; at least 1e-4.
     tilt : float
         Angle between directions of axis 7, rad, 0.1° to 90°; slightly less if it does not divide π.
-    fields : of "gc", "freedom", "yaw", "roll", "proven"
-        Fields of each cell: see `ReachMap`. ``proven`` takes ten to a hundred times as long, and decides many
+    fields : of "gc", "freedom", "yaw", "roll", "proven", "unproven"
+        Fields of each cell: see `ReachMap`. ``unproven`` is 0 unless the arm has its own chain, whose map
+        always has it and ``gc``. ``proven`` takes ten to a hundred times as long, and decides many
         cells only if they are small: 10 mm and 1°.
     part : (int, int), optional
         ``(i, n)``, 1 <= i <= n: the i-th of n shares alone, for task i of a batch system's array.
@@ -409,7 +434,7 @@ def reach_map(
     OutputError
         If it cannot be written, for example to a full disk; finished tiles stay, and the same call continues.
     UnsupportedError
-        If the arm has its own chain, or an offset and `fields` names ``proven``.
+        If `fields` names ``proven``, and the arm has its own chain or an offset.
     MissingExtraError
         Without zarr: ``pip install 'armangle[reach]'``.
 
@@ -422,16 +447,14 @@ def reach_map(
     ((), (9, 18))
     """
     check_arm(arm)
-    if arm.geometry.chain is not None:
-        lacks = unsupported_offset_chain if isinstance(arm, OffsetArm) else unsupported
-        raise lacks("reach_map")
     gap = as_number("spacing", spacing, _LEAST_SPACING, arm.geometry.reach)
     angle = as_number("tilt", tilt, _LEAST_ANGLE, _MOST_ANGLE)
-    names = _names(fields)
-    if isinstance(arm, OffsetArm) and "proven" in names:
-        raise unsupported_offset("reach_map(fields='proven')")
+    own = arm.geometry.chain is not None
+    names = _names(fields, always=("gc", "unproven") if own else ())
+    if "proven" in names:
+        _check_proven(arm)
     _checked_run(part, scheduler, progress)  # before anything is written
-    grid = Grid.of(arm._handle.reduced_distances()[1], gap, angle)
+    grid = Grid.of(arm._handle.reduced_distances()[1], gap, angle, slow=arm.kind != "srs")
     address(path)
     if grid.cells > _MOST_CELLS:
         raise InputError(f"spacing and tilt make {grid.cells:.3g} cells, wanted at most {_MOST_CELLS:.0e}")
@@ -446,8 +469,19 @@ def _checked_field(name: str, known: tuple[str, ...]) -> str:
     return name
 
 
-def _names(fields: Iterable[str]) -> tuple[str, ...]:
-    """Return names of fields in the order of a store; raise for unknown ones."""
+def _check_proven(arm: Arm) -> None:
+    """Raise `UnsupportedError` unless whole cells of the arm's map can be proven."""
+    own = arm.geometry.chain is not None
+    if isinstance(arm, OffsetArm):
+        raise (unsupported_offset_chain if own else unsupported_offset)("reach_map(fields='proven')")
+    if own:
+        raise unsupported("reach_map(fields='proven')")
+
+
+def _names(fields: Iterable[str], always: tuple[str, ...]) -> tuple[str, ...]:
+    """Return names of fields in the order of a store, with those that are always there; raise for unknown
+    ones.
+    """
     given = [fields] if isinstance(fields, str) else fields
     try:
         wanted = {*given}
@@ -457,7 +491,7 @@ def _names(fields: Iterable[str]) -> tuple[str, ...]:
     if strange or not wanted:
         what = repr(strange[0])[:50] if strange else "nothing"
         raise InputError(f"fields holds {what}, wanted some of {', '.join(FIELDS)}")
-    return tuple(name for name in FIELDS if name in wanted)
+    return tuple(name for name in FIELDS if name in wanted or name in always)
 
 
 def _checked_run(

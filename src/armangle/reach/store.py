@@ -25,7 +25,7 @@ from ..arm.arm import Arm
 from ..errors import InputError, MissingExtraError, ModelError, OutputError, needed
 from .grid import AXES, Grid
 
-FIELDS = {"gc": "u1", "freedom": "f2", "yaw": "u1", "roll": "u1", "proven": "u1"}
+FIELDS = {"gc": "u1", "freedom": "f2", "yaw": "u1", "roll": "u1", "proven": "u1", "unproven": "u1"}
 """Fields that a map may have, with their stored types."""
 
 USUAL = ("gc", "freedom", "yaw", "roll")
@@ -34,8 +34,8 @@ USUAL = ("gc", "freedom", "yaw", "roll")
 _FORMAT = 1
 _OLDEST = (3, 1, 3)  # of zarr: earlier versions write files in place
 _MARK = "done"
-_MORE = ("yaw", "roll", "proven")  # fields that are computed for reachable cells only
-_LEFT_OUT = ("chain", "body", "hand", "notes")  # of an arm: a map does not depend on these
+_MORE = ("yaw", "roll", "proven", "unproven")  # fields that are computed on request only
+_LEFT_OUT = ("body", "hand", "notes")  # of an arm: a map does not depend on these
 _UNITS = {"r": "m", "z": "m", "tilt": "rad", "turn": "rad", "freedom": "rad", "yaw": "1/255", "roll": "1/255"}
 _LEFT_OVER = "*.partial"  # unfinished files of a killed process
 
@@ -99,7 +99,8 @@ class Store:
         made |= {name: np.empty(cells, np.uint8) for name in _MORE if name in self.fields}
         self.arm._handle.map_cells(
             places, grid.axes["tilt"], grid.axes["turn"], grid.steps, self.arm.singularity_margin,
-            made["gc"], made["freedom"], made.get("yaw"), made.get("roll"), made.get("proven"), 1,
+            made["gc"], made["freedom"], made.get("yaw"), made.get("roll"), made.get("proven"),
+            made.get("unproven"), 1,
         )  # fmt: skip
         return {name: made[name].astype(FIELDS[name], copy=False).reshape(grid.tile) for name in self.fields}
 
@@ -336,7 +337,8 @@ def _check_sum(arrays: Any) -> int:
 def _to_json(arm: Arm) -> dict[str, Any]:
     """Return the data of an arm that a map depends on, in words and numbers; infinities as text."""
     names = [field.name for field in fields(arm._described) if field.name not in _LEFT_OUT]
-    return {name: _plain(arm._number(name)) for name in names}
+    numbers = {name: arm._number(name) for name in names}
+    return {name: _plain(value) for name, value in numbers.items() if value is not None}
 
 
 def _plain(value: Any) -> Any:

@@ -52,10 +52,9 @@ def voxels_of(arm: Arm, spacing: float, orientations: int) -> Voxels:
     """Return the voxels of an arm: `Arm.reachable` for each orientation at each position."""
     edge = as_number("spacing", spacing, _LEAST, _MOST)
     tried = as_whole("orientations", orientations, 1, _MOST_ORIENTATIONS)
-    shoulder = (arm.base @ [0.0, 0.0, arm.geometry.d_bs, 1.0])[:3]
-    radius = arm._handle.reduced_distances()[1] + float(
-        np.linalg.norm(arm.tool[:3, 3] + [0.0, 0.0, arm.geometry.d_wf])
-    )
+    ball = np.empty(4)
+    arm._handle.reach_ball(ball)
+    shoulder, radius = ball[:3], float(ball[3])
     half = int(radius / edge) + 1
     if (2 * half + 1) ** 3 > _MOST_VOXELS:
         count = (2 * half + 1) ** 3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -40,8 +41,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster that makes the map")
     parser.add_argument("--resume", action="store_true", help="without an arm: make the missing tiles")
     parser.add_argument("--verify", action="store_true", help="compare all values with their check sums")
+    names = ",".join(FIELDS)
     parser.add_argument(
-        "--fields", metavar="NAMES", help=f"fields, by commas: {','.join(FIELDS)} (default: all but proven)"
+        "--fields", metavar="NAMES", help=f"fields, by commas: {names} (default: all but the last two)"
     )
     add(parser, "singularity-margin")
     add_arm(parser, required=False)
@@ -68,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     if args.plot is not None:
         draw("reach", args.plot, found)
     if args.json:
-        show_json(_facts(found, missing))
+        show_json({**_facts(found, missing), "unproven": found.unproven})
     else:
         _show(found, missing)
         if missing and args.part is None:
@@ -157,6 +159,8 @@ def _show(found: ReachMap, missing: tuple[int, ...]) -> None:
     show(f"  {tilts} x {turns} directions of axis 7, {180 / tilts:.4g} deg apart")
     show(f"  fields {', '.join(found.fields)}")
     show(f"  {found.tiles - len(missing)} of {counted(found.tiles, 'tile')} made")
+    if "unproven" in found.fields:
+        show(f"  {found.unproven} of {counted(math.prod(found.shape), 'cell')} neither reached nor excluded")
 
 
 @contextmanager
