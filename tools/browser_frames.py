@@ -38,7 +38,7 @@ def main() -> None:
         flags = ["--headless", "--no-sandbox"]
         running = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=flags)
         page = running.new_page()
-        page.set_content(f'<div id="armangle-demo"></div><script>{build.script()}</script>')
+        page.set_content(f'<div id="armangle-demo"></div><script>{build.script(build.code())}</script>')
         found = page.evaluate(DRAG, frames)
         print(f"{frames} frames: {found['rate']:.1f} a second, {found['busy']:.2f} ms of work each")
         running.close()

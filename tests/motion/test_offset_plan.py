@@ -26,7 +26,7 @@ READY = [0.1, -0.6, 0.2, -2.2, 0.1, 1.9, 0.7]
 @cache
 def planned(name: str) -> list[aa.JointPath]:
     """Return plans of lines of 0.4 m that a dense search can follow."""
-    own = 8 if draw.COUNT else 5  # the dense search of an own chain takes 20 times as long
+    own = 8 if draw.COUNT else 3  # the dense search of an own chain takes 20 times as long
     arm, count = named(name), 16 if name in ARMS else own
     lines = [line for _, line in straight_lines(arm, count, 0.4, seed=2) if can_follow(arm, line.pose(EVEN))]
     return [aa.plan(arm, line) for line in lines]

@@ -1,5 +1,9 @@
-"""The pages: every listing runs and prints what it shows, they build without a warning, and they stay few."""
+"""The pages: every listing runs and prints what it shows, they build without a warning, and they stay few.
 
+The arm on the start page, the core as WebAssembly, has the numbers of Python, and a hand can drag it.
+"""
+
+import base64
 import doctest
 import inspect
 import json
@@ -17,9 +21,10 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from support import draw
-from support.needs import need, need_tool
+from support.needs import missing, need, need_tool
 
 import armangle
 from armangle.cli.main import _NEGATIVE, COMMANDS, _top_parser, command_parser
@@ -334,30 +339,41 @@ def browser() -> Iterator[Any]:
 
 # Right edges (px) of what is cut off by nothing that scrolls, where they lie beyond the window.
 BEYOND = """() => [...document.querySelectorAll('article *')].filter(element => {
+    const box = element.getBoundingClientRect();
+    if (box.width === 0 || box.right <= innerWidth + 1) return false;
     for (let at = element.parentElement; at && at !== document.body; at = at.parentElement)
         if (getComputedStyle(at).overflowX !== 'visible') return false;
-    const box = element.getBoundingClientRect();
-    return box.width > 0 && box.right > innerWidth + 1;
+    return true;
 }).map(element => `${element.tagName} ends at ${Math.round(element.getBoundingClientRect().right)}`)"""
 CUT = """() => [...document.querySelectorAll('article pre')]
     .filter(element => element.scrollWidth > element.clientWidth + 1).map(element => element.innerText)"""
+RESIZE = """width => {
+    const frame = document.querySelector('iframe');
+    frame.width = width;
+    return frame.clientWidth;
+}"""
 DESKTOP, PHONE = 1280, 390
 
 
 def test_nothing_runs_off_a_page(site: Path, browser: Any) -> None:
     """On a desktop and a phone nothing runs off a page; on a desktop no code is cut."""
-    view = browser.new_page()
+    window = browser.new_page()
     pages = sorted(path for path in site.rglob("*.html") if "_static" not in path.parts)
+    # A frame that is out of sight is laid out and not drawn, in a file since it is to show files.
+    frame = site.parent / "frame.html"
+    frame.write_text('<iframe style="position: absolute; top: 9999px; height: 900px">', encoding="utf-8")
+    window.goto(frame.as_uri())
+    (view,) = window.main_frame.child_frames
     wrong = []
     for path in pages:
         view.goto(path.as_uri())
         for width in (DESKTOP, PHONE):
-            view.set_viewport_size({"width": width, "height": 900})
+            assert window.evaluate(RESIZE, width) == width
             if view.evaluate("document.documentElement.scrollWidth > innerWidth") or view.evaluate(BEYOND):
                 wrong.append(f"{path.relative_to(site)} at {width}: {view.evaluate(BEYOND)[:3]}")
             if width == DESKTOP and view.evaluate(CUT):  # a phone scrolls long lines within their box
                 wrong.append(f"{path.relative_to(site)}: longer than its box:\n{view.evaluate(CUT)[0]}")
-    view.close()
+    window.close()
     assert len(pages) > 30 and not wrong, "\n".join(wrong)
 
 
@@ -395,3 +411,78 @@ def test_every_page_leads_on_and_says_the_version(site: Path) -> None:
         page = (site / f"{name}.html").read_text(encoding="utf-8")
         assert 'class="next-page"' in page and 'class="prev-page"' in page
         assert f"armangle {armangle.__version__}" in page
+
+
+MOST_CODE = 100_000
+ARM = armangle.Arm.from_catalogue("kuka_iiwa7_r800")
+NUMBERS = """() => {
+    const now = window.armangle.core.answer();
+    return {asked: Array.from(window.armangle.core.asked), q: Array.from(now.q), psi: now.psi,
+        status: now.status, within: now.within, clear: now.clear, arm: now.arm.map(p => Array.from(p)),
+        sentence: now.sentence, where: window.armangle.seen(window.armangle.tool())};
+}"""
+
+
+def same_arcs(found: list[list[float]], wanted: armangle.ArcSet) -> bool:
+    """Whether the arcs are those of a set, to rounding."""
+    return len(found) == wanted.count and np.allclose(found, wanted.intervals, rtol=0, atol=1e-9)
+
+
+def check(now: dict[str, Any]) -> None:
+    """Compare an answer of the start page (see NUMBERS) with what Python says of that arm, pose and ball."""
+    asked = np.array(now["asked"])
+    pose, gc = asked[:16].reshape(4, 4), int(asked[17])
+    assert same_arcs(now["within"], ARM.feasible(pose, gc))
+    body = armangle.Body.bones(upper_arm=0.06, forearm=0.06)
+    scene = armangle.Scene([armangle.Ball(asked[18:21], asked[21])])
+    assert same_arcs(now["clear"], ARM.with_(body=body).with_(scene=scene).feasible(pose, gc))
+    assert np.allclose(now["q"], ARM.inverse(pose, now["psi"], gc, limits=False), rtol=0, atol=1e-12)
+    assert np.allclose(now["arm"][2], ARM.elbow(np.array(now["q"])), rtol=0, atol=1e-12)
+    assert np.allclose(now["arm"][4], pose[:3, 3], rtol=0, atol=0)
+
+
+@pytest.fixture(scope="module")
+def code(site: Path) -> bytes:
+    """The core as WebAssembly in the script of the start page, which is empty without a compiler for it."""
+    script = (site / "_static" / "armangle_demo.js").read_text(encoding="utf-8")
+    return base64.b64decode(script.split('"')[1] if script else missing("no compiler for WebAssembly"))
+
+
+def test_the_code_is_small(code: bytes) -> None:
+    """The WebAssembly has less than MOST_CODE bytes."""
+    assert 10_000 < len(code) < MOST_CODE
+
+
+@pytest.mark.usefixtures("code")
+def test_the_start_page_has_the_numbers_of_python_and_follows_a_hand(site: Path, browser: Any) -> None:
+    """The arm has Python's numbers before and after a drag and in another branch, and out of reach it shows
+    the sentence of the status.
+    """
+    page = browser.new_page()
+    page.goto((site / "index.html").as_uri())
+    first = page.evaluate(NUMBERS)
+    assert first["status"] == 0
+    check(first)
+    canvas = page.locator("canvas").first
+    before = canvas.screenshot()
+    box = canvas.bounding_box()
+    x, y = box["x"] + first["where"][0], box["y"] + first["where"][1]
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 40, y - 25, steps=8)
+    page.mouse.up()
+    page.wait_for_timeout(100)
+    after = page.evaluate(NUMBERS)
+    moved = np.array(after["asked"])[[3, 7, 11]] - np.array(first["asked"])[[3, 7, 11]]
+    assert 0.1 < np.linalg.norm(moved) < 0.2
+    assert after["where"] == pytest.approx([x + 40 - box["x"], y - 25 - box["y"]], abs=2)
+    check(after)
+    assert canvas.screenshot() != before
+    # another branch, then a pose out of reach: the sentence of the core
+    page.select_option("#armangle-demo select", "5")
+    page.wait_for_timeout(100)
+    check(page.evaluate(NUMBERS))
+    page.evaluate("() => { window.armangle.core.asked[3] = 3; window.armangle.show(); }")
+    assert page.evaluate(NUMBERS)["status"] == armangle.Status.UNREACHABLE
+    assert page.locator("#armangle-demo output").inner_text() == armangle.Status.UNREACHABLE.sentence
+    page.close()

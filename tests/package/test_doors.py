@@ -186,7 +186,8 @@ def environment(clone: Path, pip: str) -> subprocess.CompletedProcess[str]:
     script = clone / ".venv" / "bin" / "pip"
     script.write_text(f"#!/bin/sh\n{pip}\n", encoding="utf-8")
     script.chmod(0o755)
-    alone = {name: value for name, value in os.environ.items() if name != "ARMANGLE_PACKAGES"}
+    others = ("ARMANGLE_PACKAGES", "ARMANGLE_INSTALL")
+    alone = {name: value for name, value in os.environ.items() if name not in others}
     command = [clone / "tools" / "environment", "plot"]
     return subprocess.run(command, env=alone, capture_output=True, text=True)
 

@@ -70,7 +70,7 @@ def test_a_worker_killed_on_one_tile_until_it_is_given_up(
     cluster.scheduler.allowed_failures = 1
     small_tiles(monkeypatch, 2**23)
     options: dict[str, Any] = {"spacing": 0.02, "tilt": 0.035}
-    whole = made(name, tmp_path / "whole.zarr", part=(1, 2), **options)
+    whole = made(name, tmp_path / "whole.zarr", part=(1, 4), **options)
     given_up: list[BaseException] = []
     client = distributed.Client(cluster)
     plain = client.map
@@ -85,7 +85,7 @@ def test_a_worker_killed_on_one_tile_until_it_is_given_up(
     monkeypatch.setattr(client, "map", watched)
     run = threading.Thread(
         target=made, args=(name, tmp_path / "a.zarr"),
-        kwargs={"part": (1, 2), "scheduler": client, **options},
+        kwargs={"part": (1, 4), "scheduler": client, **options},
     )  # fmt: skip
     run.start()
     killed = 0

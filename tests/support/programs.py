@@ -26,10 +26,10 @@ def counts(name: str, *flags: str, compiler: str = QUICK) -> dict[str, float]:
     """
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / name
-        built = [*flags, "-std=c++20", "-ffp-contract=off", "-pthread", f"-I{ROOT / 'include'}"]
+        built = [*flags, "-std=c++20", "-march=native", "-ffp-contract=off", "-pthread"]
         source = SOURCES / f"{name}.cpp"
         with_it = need_tool(os.environ.get("CXX", compiler))
-        subprocess.run([with_it, *built, source, "-o", program], check=True)
+        subprocess.run([with_it, *built, f"-I{ROOT / 'include'}", source, "-o", program], check=True)
         printed = subprocess.run([program], capture_output=True, text=True, check=True).stdout
     lines = (line.split() for line in printed.splitlines())
     return {words[0]: float(words[1]) for words in lines if len(words) == 2}

@@ -31,6 +31,10 @@ FLAGS = (
 WIDTH, HEIGHT, PANEL = 1280, 900, 860
 PATIENCE = 30.0
 SHARP = "/?fixedDpr=1"  # the page otherwise draws fewer pixels on a slow machine, and a thin piece is lost
+# Ten pictures a second: without a GPU the page otherwise takes a whole processor all the time.
+SELDOM = """const draw = requestAnimationFrame;
+window.requestAnimationFrame = then => setTimeout(() => draw(then), 100);
+window.cancelAnimationFrame = clearTimeout;"""
 FULL, _START, _POSES = paper_example.example()
 # Joint 6 of one sign: the four configurations with a wrist - are blocked, and the others are not.
 ARM = FULL.with_(lower=np.where(np.arange(7) == 5, 0.0, FULL.lower))
@@ -68,19 +72,26 @@ def served(state: ViewerState, *runs: Any) -> Viewer:
     return viewer
 
 
+def opened(browser: Any, viewer: Viewer, width: int = WIDTH, height: int = HEIGHT) -> Any:
+    """Return a page that shows a viewer, once its first picture is drawn."""
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.set_default_timeout(4e3 * PATIENCE)
+    page.add_init_script(SELDOM)
+    page.goto(viewer.url + SHARP)
+    page.wait_for_selector("canvas")
+    page.locator("[data-panel=reasons]").wait_for()
+    page.get_by_role("alert").get_by_role("button").dispatch_event("click")  # the remark that no GPU draws
+    until(lambda: picture(page).std() * 255 > 5, "the canvas is not blank", 4 * PATIENCE)
+    return page
+
+
 @pytest.fixture(scope="module")
 def shown(browser: Any) -> Iterator[tuple[Viewer, Any]]:
     """One viewer and one page for all tests: a page takes seconds to begin without a GPU."""
     runs = {f"α = {a}": aa.follow(ARM, _POSES, start=_START, policy=aa.Repulsion(alpha=a)) for a in ALPHAS}
     viewer = served(ViewerState(ARM, _START), runs)
     try:
-        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-        page.goto(viewer.url + SHARP)
-        page.wait_for_selector("canvas")
-        page.locator("[data-panel=reasons]").wait_for()
-        page.get_by_role("alert").get_by_role("button").click()  # the remark that no GPU draws
-        until(lambda: picture(page).std() * 255 > 5, "the canvas is not blank")
-        yield viewer, page
+        yield viewer, opened(browser, viewer)
     finally:
         viewer.stop()
 
@@ -154,28 +165,23 @@ def type_psi(page: Any, degrees: str) -> None:
 
 # -- pages of their own, first: a page that is open draws, and takes half of the processor from another -----
 
-PHONE = {"width": 390, "height": 844}
+PHONE = (390, 844)
+"""px: width and height."""
 _WHOLE = "b => [...b.querySelectorAll('*')].every(e => e.scrollWidth <= e.clientWidth)"
 
 
 def test_a_phone_shows_the_whole_arm_and_tells_the_branches_apart(browser: Any, folder: Path) -> None:
     """On a phone the whole arm is above the panel, and no name of a branch is cut."""
     viewer = served(ViewerState(FULL, _START))
-    page = browser.new_page(viewport=PHONE)
-    page.set_default_timeout(4e3 * PATIENCE)
     try:
-        page.goto(viewer.url + SHARP)
-        page.wait_for_selector("canvas")
-        page.locator("[data-panel=reasons]").wait_for()
-        page.get_by_role("alert").get_by_role("button").dispatch_event("click")
+        page = opened(browser, viewer, *PHONE)
         covered = page.get_by_text(f"armangle: {FULL.name}").bounding_box()["y"]
-        until(lambda: picture(page).std() * 255 > 5, "the canvas is not blank")
         client = next(iter(viewer._server.get_clients().values()))
         points = viewer.state.arm.frames(viewer.state.q)[:, :3, 3]
 
         def is_in_view() -> bool:
             at = _on_screen(client.camera, points)  # the camera arrives after the first picture
-            return bool(((at > 0) & (at < [PHONE["width"], covered])).all())
+            return bool(((at > 0) & (at < [PHONE[0], covered])).all())
 
         until(is_in_view, "the whole arm is in view")
         page.get_by_role("button", name="GC 7", exact=False).scroll_into_view_if_needed()
@@ -183,8 +189,8 @@ def test_a_phone_shows_the_whole_arm_and_tells_the_branches_apart(browser: Any, 
         for gc in range(8):
             button = page.get_by_role("button", name=f"GC {gc}", exact=False)
             assert button.evaluate(_WHOLE), f"the name of GC {gc} is cut"
-    finally:
         page.close()
+    finally:
         viewer.stop()
 
 
@@ -195,8 +201,8 @@ def _on_screen(camera: Any, points: np.ndarray) -> np.ndarray:
     right = np.cross(forward, camera.up_direction)
     right /= np.linalg.norm(right)
     seen = (points - camera.position) @ np.stack([right, np.cross(forward, right), forward], axis=1)
-    scale = PHONE["height"] / 2 / np.tan(camera.fov / 2)
-    return seen[:, :2] / seen[:, 2:] * scale + [PHONE["width"] / 2, PHONE["height"] / 2]
+    scale = PHONE[1] / 2 / np.tan(camera.fov / 2)
+    return seen[:, :2] / seen[:, 2:] * scale + np.array(PHONE) / 2
 
 
 BODY_ARM = FULL.with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.05))
@@ -210,14 +216,8 @@ def test_a_box_is_dragged_and_what_touches_is_red(browser: Any, folder: Path) ->
     crate = aa.Box(aa.pose([0.5, 0.4, 0.5]), [0.12, 0.12, 0.12], name="crate")
     scene = aa.Scene([crate, aa.Ball(elbow + np.array([0, 0, 0.5]), 0.08, name="lamp")], clearance=0.01)
     viewer = served(ViewerState(BODY_ARM.with_(scene=scene), _START))
-    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-    page.set_default_timeout(4e3 * PATIENCE)  # the first picture
     try:
-        page.goto(viewer.url + SHARP)
-        page.wait_for_selector("canvas")
-        page.locator("[data-panel=reasons]").wait_for()
-        page.get_by_role("alert").get_by_role("button").dispatch_event("click")
-        until(lambda: picture(page).std() * 255 > 5, "the canvas is not blank", 4 * PATIENCE)
+        page = opened(browser, viewer)
         state, before = viewer.state, viewer.state.arcs
         says(page, f"mm from {state.nearest.link} to {state.nearest.obstacle}")
         page.screenshot(path=folder / "12_scene.png")
@@ -244,8 +244,8 @@ def test_a_box_is_dragged_and_what_touches_is_red(browser: Any, folder: Path) ->
         page.screenshot(path=folder / "13_touched.png")
         page.get_by_role("button", name="Reset").click()
         until(lambda: state.scene == scene, "the box is back")
-    finally:
         page.close()
+    finally:
         viewer.stop()
 
 
@@ -272,7 +272,7 @@ def test_the_slider_moves_the_arm(viewer: Viewer, page: Any, folder: Path) -> No
     assert np.abs(state.q - q).max() > 0.1
     type_psi(page, "150")
     says(page, "ψ = 150.0°")
-    assert number(page, "ψ (deg)").input_value() == "150"
+    until(lambda: number(page, "ψ (deg)").input_value() == "150", "the box shows the angle")
     np.testing.assert_allclose(state.pose, ARM.forward(_START)[0], atol=1e-9)
     until(lambda: np.abs(picture(page) - before).max(axis=-1).mean() > 0.005, "the picture changes")
     page.screenshot(path=folder / "2_turned.png")
