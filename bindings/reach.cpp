@@ -9,6 +9,7 @@
 
 #include "armangle/chain/between_ends.hpp"
 #include "armangle/offset/chain/between_ends.hpp"
+#include "armangle/offset/proven_cell.hpp"
 #include "collected.hpp"
 #include "elements.hpp"
 #include "limits_of_handle.hpp"
@@ -265,19 +266,19 @@ struct CellColumns {
     }
 };
 
-/// What is proven for a whole cell around its middle, at the tilt that is set.
-Proven proven_of(const ReducedArm<Arm>& arm, const ReducedPlace<Arm>& place, const ReducedPose& middle,
-                 const CellSize& half) {
-    double psi = 0;
-    int gc = -1;
-    place.widest(middle.turn, psi, gc);
-    return proven_cell(arm, middle, half, psi, gc);
-}
-/// For other kinds of arm nothing is proven of whole cells, and Python does not ask for it.
+/// What is proven for a whole cell around its middle, the cell that `place` computed last: nothing for an own
+/// chain, and Python does not ask for it.
 template <class AnyArm>
-Proven proven_of(const ReducedArm<AnyArm>&, const ReducedPlace<AnyArm>&, const ReducedPose&,
-                 const CellSize&) {
-    return Proven::unknown;
+Proven proven_of(const ReducedArm<AnyArm>& arm, const ReducedPlace<AnyArm>& place, const ReducedPose& middle,
+                 const CellSize& half) {
+    if constexpr (proven_arm<AnyArm>)
+        return Proven::unknown;
+    else {
+        double free = 0;
+        int gc = -1;
+        place.widest(middle.turn, free, gc);
+        return proven_cell(arm, middle, half, free, gc);
+    }
 }
 
 /// Writes the cells of one wrist position, tilt by tilt. If turn and -turn have the same cell, each is

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import draw
+from support.families import OFFSET, of
 from support.maps import (
     ARMS,
     OFFSET_ARMS,
@@ -85,16 +86,13 @@ def test_cells_are_what_the_closed_form_says_at_their_middles(name: str, tmp_pat
 
 @pytest.mark.parametrize("name", OFFSET_ARMS)
 def test_cells_of_an_arm_with_an_offset_are_what_its_intervals_say(name: str, tmp_path: Path) -> None:
-    """Cells of an offset arm with base and tool hold what its own functions give; proven is refused."""
+    """Cells of an offset arm with base and tool hold what its own functions give."""
     base, tool = aa.pose([0.1, 0.2, 0.3]), aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1])
     arm = aa.Arm.load(name).with_(base=base, tool=tool)
     found = aa.reach_map(arm, tmp_path / "a.zarr", spacing=0.3, tilt=0.5)
     assert found.arm == arm and found.missing == () and found.verify() == ()
     rng = draw.generator(16, 25, OFFSET_ARMS.index(name))
     assert check_cells(arm, found, rng, 300) > 60
-    refused(
-        aa.UnsupportedError, "proven", lambda: aa.reach_map(arm, tmp_path / "b.zarr", fields=("gc", "proven"))
-    )
 
 
 @pytest.mark.parametrize("name", OFFSET_ARMS)
@@ -135,21 +133,21 @@ def test_cells_of_random_arms_with_base_tool_signs_offsets(tmp_path: Path) -> No
     assert held > 200
 
 
-@pytest.mark.parametrize("name", ARMS)
-def test_what_is_proven_of_a_cell_holds_everywhere_in_it(name: str, tmp_path: Path) -> None:
-    """Corners and random places of a cell whose field proven says reachable or unreachable are so."""
-    arm = aa.Arm.from_catalogue(name)
-    found = made(name, tmp_path / "a.zarr", spacing=0.1, tilt=0.5, fields=("gc", "proven"))
-    rng = draw.generator(16, 26, ARMS.index(name))
-    steps = np.array([0.01, 0.01, 0.02, 0.02])
-    distance, cone = arm.geometry.reach * rng.uniform(0.2, 1.1, 150), np.arccos(rng.uniform(-1, 1, 150))
+def check_proven(
+    arm: aa.Arm, rng: np.random.Generator, margin: float, counts: tuple[int, int, int], *, fine: float = 1.0
+) -> tuple[int, int]:
+    """Compare what is proven of random cells (places, tilts, turns) of 10 mm and 0.02 rad, times `fine`, with
+    corners and random places in them; return how many are proven reachable, and unreachable.
+    """
+    steps = fine * np.array([0.01, 0.01, 0.02, 0.02])
+    distance = arm._handle.reduced_distances()[1] * rng.uniform(0.2, 1.1, counts[0])
+    cone = np.arccos(rng.uniform(-1, 1, counts[0]))
     places = np.column_stack([distance * np.sin(cone) + 0.005, distance * np.cos(cone)])
-    tilt, turn = rng.uniform(0.02, 3.1, 12), rng.uniform(-3, 3, 16)
-    cells = (len(places), 12, 16)
-    gc, proven, freedom = np.empty(cells, np.uint8), np.empty(cells, np.uint8), np.empty(cells, np.float32)
-    arm._handle.map_cells(places, tilt, turn, steps, 0.0, gc, freedom, None, None, proven, None, 1)
+    tilt, turn = rng.uniform(0.02, 3.1, counts[1]), rng.uniform(-3, 3, counts[2])
+    gc, proven, freedom = np.empty(counts, np.uint8), np.empty(counts, np.uint8), np.empty(counts, np.float32)
+    arm._handle.map_cells(places, tilt, turn, steps, margin, gc, freedom, None, None, proven, None, 1)
     assert not ((proven == 1) & (gc == 0)).any() and not ((proven == 2) & (gc != 0)).any()
-    bare, checked = freed(arm, 1, 7), 0
+    bare = freed(arm, 1, 7).with_(singularity_margin=margin)
     for code, wanted in ((1, True), (2, False)):
         at = np.argwhere(proven == code)
         middle = np.column_stack([places[at[:, 0]], tilt[at[:, 1]], turn[at[:, 2]]])
@@ -160,11 +158,36 @@ def test_what_is_proven_of_a_cell_holds_everywhere_in_it(name: str, tmp_path: Pa
                 rng.uniform(-1, 1, middle.shape),
             )
             six = np.column_stack([middle + 0.5 * steps * off, rng.uniform(-3, 3, (len(at), 2))])
-            assert (np.asarray(bare.reachable(found.pose(six))) == wanted).all()
-            checked += len(at)
-    assert checked > 50_000 and (proven == 1).sum() > 200 and (proven == 2).sum() > 2000
+            poses = np.empty((len(at), 4, 4))
+            arm._handle.poses_of_reduced(six, poses)
+            assert (np.asarray(bare.reachable(poses)) == wanted).all()
+    return int((proven == 1).sum()), int((proven == 2).sum())
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_what_is_proven_of_a_cell_holds_everywhere_in_it(name: str, tmp_path: Path) -> None:
+    """Corners and random places of a cell whose field proven says reachable or unreachable are so."""
+    arm = aa.Arm.from_catalogue(name)
+    found = made(name, tmp_path / "a.zarr", spacing=0.1, tilt=0.5, fields=("gc", "proven"))
+    rng = draw.generator(16, 26, ARMS.index(name))
+    reached, unreached = check_proven(arm, rng, 0.0, (150, 12, 16))
+    assert reached > 200 and unreached > 2000
     whole = np.asarray(found.values("proven")[:])
     assert set(np.unique(whole)) <= {0, 1, 2} and (found.section("proven") <= found.section() + 1e-12).all()
+
+
+@of(OFFSET)
+@pytest.mark.parametrize("margin", [0.0, 0.1])
+def test_what_is_proven_of_a_cell_of_an_arm_with_an_offset_holds_everywhere_in_it(
+    arm: aa.Arm, margin: float
+) -> None:
+    """Corners and random places of a cell of an offset arm that is proven reachable or unreachable are so; of
+    small cells many are decided.
+    """
+    arm = arm.with_(singularity_margin=margin)
+    rng = draw.generator(16, 28)
+    reached, unreached = check_proven(arm, rng, margin, (draw.count(24), 4, 4), fine=0.5)
+    assert reached > 60 and unreached > 4
 
 
 def test_locked_joints_fall_back_on_the_general_functions(tmp_path: Path) -> None:

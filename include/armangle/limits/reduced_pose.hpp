@@ -19,11 +19,13 @@
 namespace armangle {
 
 /// A pose in coordinates suited to an S-R-S arm; azimuth and roll rotate it around axes 1 and 7.
-struct ReducedPose {
-    double r, height;      // m: the wrist from axis 1, and above the shoulder along axis 1
-    double tilt, turn;     // rad: angle of axis 7 to the line shoulder-wrist, and turn about that line
-    double azimuth, roll;  // rad
+template <class T>
+struct ReducedNumbers {
+    T r, height;      // m: the wrist from axis 1, and above the shoulder along axis 1
+    T tilt, turn;     // rad: angle of axis 7 to the line shoulder-wrist, and turn about that line
+    T azimuth, roll;  // rad
 };
+using ReducedPose = ReducedNumbers<double>;
 
 /// The values of one cell of the map at its centre; for an arm with an offset, psi is its free joint.
 struct ReducedCell {
@@ -91,15 +93,17 @@ inline bool is_symmetric(const Arm& arm, int joint) noexcept {
 }
 
 /// The flange pose of a reduced pose, in the frame of the DH rows.
-inline Pose<double> reduced_flange(const Arm& arm, const ReducedPose& at) noexcept {
-    const SinCos<double> azimuth = sin_cos(at.azimuth), tilt = sin_cos(at.tilt), turn = sin_cos(at.turn),
-                         roll = sin_cos(at.roll);
-    const Vec3<double> p{at.r * azimuth.cos, at.r * azimuth.sin, at.height};
-    const Vec3<double> w = p * (1.0 / norm(p)), z{azimuth.sin, -azimuth.cos, 0.0}, e = cross(w, z);
-    const Vec3<double> across = e * turn.cos + z * turn.sin, y = cross(w, across);
-    const Vec3<double> x = across * tilt.cos - w * tilt.sin, axis = w * tilt.cos + across * tilt.sin;
-    const Mat3<double> rotation{x * roll.cos + y * roll.sin, y * roll.cos - x * roll.sin, axis};
-    return {rotation, Vec3<double>{0.0, 0.0, arm.d_bs} + p + axis * arm.d_wf};
+template <class T>
+Pose<T> reduced_flange(const Arm& arm, const ReducedNumbers<T>& at) noexcept {
+    const SinCos<T> azimuth = sin_cos(at.azimuth), tilt = sin_cos(at.tilt), turn = sin_cos(at.turn),
+                    roll = sin_cos(at.roll);
+    const T zero(0.0);
+    const Vec3<T> p{at.r * azimuth.cos, at.r * azimuth.sin, at.height};
+    const Vec3<T> w = p * (T(1.0) / norm(p)), z{azimuth.sin, -azimuth.cos, zero}, e = cross(w, z);
+    const Vec3<T> across = e * turn.cos + z * turn.sin, y = cross(w, across);
+    const Vec3<T> x = across * tilt.cos - w * tilt.sin, axis = w * tilt.cos + across * tilt.sin;
+    const Mat3<T> rotation{x * roll.cos + y * roll.sin, y * roll.cos - x * roll.sin, axis};
+    return {rotation, Vec3<T>{zero, zero, T(arm.d_bs)} + p + axis * T(arm.d_wf)};
 }
 
 /// The psi that one half of the arm permits, and its joint functions.

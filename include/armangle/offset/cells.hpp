@@ -143,6 +143,15 @@ private:
     OffsetMotion<> motion_;
 };
 
+/// Whether a joint keeps its range over a cell: inside, outside or undecided.
+inline Known keeps(const ThetaRanges::One& range, const JointOver& joint) noexcept {
+    const double about = wrap(joint.middle - range.middle);
+    const double from = about + joint.off.lo, to = about + joint.off.hi;
+    if (from >= -range.half && to <= range.half) return Known::inside;
+    const bool turned_round = !(to < two_pi - range.half && from > range.half - two_pi);
+    return !turned_round && (from > range.half || to < -range.half) ? Known::outside : Known::open;
+}
+
 /// Decides cells of the free joint by the joint limits: a cell is outside; or a piece of it is proven inside
 /// and the rest outside; or it is undecided. Cells: OffsetCells, or the same class for another kind of arm.
 template <class Cells>
@@ -170,13 +179,13 @@ public:
         within_reach_ = true;
         for (int i = 0; i < ranges_.count; ++i) {  // before the other joints are computed
             const int j = ranges_.one[i].joint;
-            if ((j == 3 || j == 6) && found(ranges_.one[i], cell.joint[j]) == Known::outside)
+            if ((j == 3 || j == 6) && keeps(ranges_.one[i], cell.joint[j]) == Known::outside)
                 return broken(cell);
         }
         cells.finish(begun, cell);
         unsigned open = 0;
         for (int i = 0; i < ranges_.count; ++i) {
-            const Known kept = found(ranges_.one[i], cell.joint[ranges_.one[i].joint]);
+            const Known kept = keeps(ranges_.one[i], cell.joint[ranges_.one[i].joint]);
             if (kept == Known::outside) return broken(cell);
             if (kept == Known::open) open |= 1u << i;
         }
@@ -201,15 +210,6 @@ public:
     }
 
 private:
-    /// Whether a joint keeps its range over a cell: inside, outside or undecided.
-    static Known found(const ThetaRanges::One& range, const JointOver& joint) noexcept {
-        const double about = wrap(joint.middle - range.middle);
-        const double from = about + joint.off.lo, to = about + joint.off.hi;
-        if (from >= -range.half && to <= range.half) return Known::inside;
-        const bool turned_round = !(to < two_pi - range.half && from > range.half - two_pi);
-        return !turned_round && (from > range.half || to < -range.half) ? Known::outside : Known::open;
-    }
-
     /// Records a cell in which a limit is violated throughout; returns outside.
     Known broken(const typename Cells::Over& cell) noexcept {
         exists_ = exists_ || cell.exists == Known::inside;

@@ -38,18 +38,17 @@ public:
     void tilt(double angle) noexcept { at_.tilt = angle; }
 
     /// The cell at a turn in [-pi, pi] (rad); yaw and roll are 0 unless requested.
-    ReducedCell cell(double turn, bool with_yaw, bool with_roll) const noexcept {
+    ReducedCell cell(double turn, bool with_yaw, bool with_roll) noexcept {
         ReducedPose at = at_;
         at.turn = turn;
         const Pose<double> pose = pose_of(arm_.free, at), exact{orthonormal(pose.rotation), pose.position};
-        ProvenArcs found[configurations];
-        feasible_all(arm_.free, exact, arm_.free.own.limits, found);
-        const Freedom f = detail::freedom_of(arm_.free, exact, found);
+        feasible_all(arm_.free, exact, arm_.free.own.limits, found_);
+        const Freedom f = detail::freedom_of(arm_.free, exact, found_);
         ReducedCell out{f.gc, 0, 0, 0, static_cast<float>(f.total)};
         if (f.gc == 0) return out;
         const auto share = [&](const OffsetArm& arm, Turned turned) {
             ArcSet set;
-            detail::OffsetTurns(arm, exact, turned, {}).find(found, set);
+            detail::OffsetTurns(arm, exact, turned, {}).find(found_, set);
             return detail::share_of_circle(set);
         };
         if (with_yaw) out.yaw = share(arm_.yawed, Turned::base);
@@ -57,10 +56,26 @@ public:
         return out;
     }
 
+    /// Finds the middle of the widest interval of the free joint (rad) of the cell computed last, and its
+    /// branch; gc is -1 if there is none.
+    void widest(double, double& free, int& gc) const noexcept {
+        double most = 0;
+        gc = -1;
+        for (int branch = 0; branch < configurations; ++branch)
+            for (int i = 0; i < found_[branch].arcs.count; ++i) {
+                const Arc& arc = found_[branch].arcs.arc[i];
+                if (!(arc.upper - arc.lower > most)) continue;
+                most = arc.upper - arc.lower;
+                free = wrap(0.5 * (arc.lower + arc.upper));
+                gc = branch;
+            }
+    }
+
 private:
     const ReducedArm<OffsetArm>& arm_;
     ReducedPose at_;
     bool any_;
+    ProvenArcs found_[configurations];
 };
 
 }  // namespace armangle

@@ -15,7 +15,6 @@ from ..arm.arm import Arm, check_arm
 from ..arm.chain import unsupported
 from ..arm.freedom import Freedom
 from ..arm.offset import OffsetArm
-from ..arm.offset import unsupported as unsupported_offset
 from ..arm.offset_chain import unsupported as unsupported_offset_chain
 from ..errors import InputError, needed
 from .filling import check_scheduler, fill_here, fill_on_cluster
@@ -434,7 +433,7 @@ def reach_map(
     OutputError
         If it cannot be written, for example to a full disk; finished tiles stay, and the same call continues.
     UnsupportedError
-        If `fields` names ``proven``, and the arm has its own chain or an offset.
+        If `fields` names ``proven``, and the arm has its own chain.
     MissingExtraError
         Without zarr: ``pip install 'armangle[reach]'``.
 
@@ -451,8 +450,9 @@ def reach_map(
     angle = as_number("tilt", tilt, _LEAST_ANGLE, _MOST_ANGLE)
     own = arm.geometry.chain is not None
     names = _names(fields, always=("gc", "unproven") if own else ())
-    if "proven" in names:
-        _check_proven(arm)
+    if own and "proven" in names:
+        lacks = unsupported_offset_chain if isinstance(arm, OffsetArm) else unsupported
+        raise lacks("reach_map(fields='proven')")
     _checked_run(part, scheduler, progress)  # before anything is written
     grid = Grid.of(arm._handle.reduced_distances()[1], gap, angle, slow=arm.kind != "srs")
     address(path)
@@ -467,15 +467,6 @@ def _checked_field(name: str, known: tuple[str, ...]) -> str:
     if name not in known:
         raise InputError(f"field is {name!r:.50}, wanted one of {', '.join(map(repr, known))}")
     return name
-
-
-def _check_proven(arm: Arm) -> None:
-    """Raise `UnsupportedError` unless whole cells of the arm's map can be proven."""
-    own = arm.geometry.chain is not None
-    if isinstance(arm, OffsetArm):
-        raise (unsupported_offset_chain if own else unsupported_offset)("reach_map(fields='proven')")
-    if own:
-        raise unsupported("reach_map(fields='proven')")
 
 
 def _names(fields: Iterable[str], always: tuple[str, ...]) -> tuple[str, ...]:
