@@ -1,6 +1,8 @@
 // Arms with an offset wrist or shoulder: configurations by the free joint, its arcs, the nearest solution.
 #include <vector>
 
+#include <nanobind/stl/vector.h>
+
 #include "elements.hpp"
 #include "offset_handle.hpp"
 #include "scene_handle.hpp"

@@ -376,43 +376,82 @@ private:
     };
 
     /// Continues the cheapest paths to the configurations of each section, layer by layer, from those there
-    /// are, as far as they lead.
+    /// are, as far as they lead. A link keeps the revolution of every joint, so only revolutions that a path
+    /// leads to are configurations.
     void extend(const Branch& branch, Layers& layer) const {
-        const Objective& w = objective_;
         for (std::size_t k = layer.size(); k < branch.sections.size(); ++k) {
             pass_checkpoint();
             std::vector<Node> here = nodes(branch, k);
-            bool reached = k == 0 && !here.empty();
-            if (k == 0)
+            if (k == 0) {
                 for (Node& first : here) first.cost = 0;
-            for (Node& to : here) {
-                if (k == 0) break;
-                const std::vector<Node>& last = layer.back();
-                const double ds = branch.sections[k].s - branch.sections[k - 1].s;
-                for (std::size_t i = 0; i < last.size(); ++i) {
-                    const Node& from = last[i];
-                    if (!(from.cost < to.cost) || abs(wrap(to.free - from.free)) > tuning_.link) continue;
-                    double sum = 0, most = 0, rate[joints];
-                    for (int j = joints - 1; j >= 0 && most <= tuning_.link; --j) {
-                        const double move = way(branch, j, from.q[j], to.q[j]);
-                        most = max(most, abs(move));
-                        sum += move * move;
-                        rate[j] = move / ds;
-                    }
-                    if (most > tuning_.link) continue;
-                    double cost = from.cost + w.travel * sum / ds + 0.5 * ds * (from.worth + to.worth);
-                    if (!(cost < to.cost) || !joined(branch, k, from, to)) continue;
-                    cost += ds * hurry(w, length_, rate);
-                    if (!(cost < to.cost)) continue;
-                    to.cost = cost;
-                    to.from = static_cast<int>(i);
-                    reached = true;
-                }
+            } else {
+                std::vector<Node> reached;
+                for (const Node& to : here) link(branch, k, layer.back(), to, reached);
+                here = std::move(reached);
             }
-            if (!reached) break;
-            std::erase_if(here, [](const Node& node) { return !(node.cost < infinity); });
+            if (here.empty()) break;
             layer.push_back(std::move(here));
         }
+    }
+
+    /// Appends `to`, a configuration of section k, to `out` in each revolution to which links from those of
+    /// the section before lead, with the cheapest link to it.
+    void link(const Branch& branch, std::size_t k, const std::vector<Node>& last, const Node& to,
+              std::vector<Node>& out) const {
+        const Objective& w = objective_;
+        const Section& section = branch.sections[k];
+        const double ds = section.s - branch.sections[k - 1].s;
+        const unsigned turning = anchor(branch, k) ? 0u : branch.counted;
+        const std::size_t first = out.size();
+        Node turned = to;
+        double known_cost = infinity;  // of `to` if it does not turn
+        for (std::size_t i = 0; i < last.size(); ++i) {
+            const Node& from = last[i];
+            if (!turning && !(from.cost < known_cost)) continue;
+            if (abs(wrap(to.free - from.free)) > tuning_.link) continue;
+            std::size_t at = first;
+            if (turning) {
+                if (!turn_to(turning, to, from, turned)) continue;
+                while (at < out.size() && !(largest_move(out[at].q, turned.q) < pi)) ++at;
+            }
+            const bool known = at < out.size();
+            if (known && !(from.cost < out[at].cost)) continue;
+            const Node& there = known ? out[at] : turned;
+            double sum = 0, most = 0, rate[joints];
+            for (int j = joints - 1; j >= 0 && most <= tuning_.link; --j) {
+                const double move = way(branch, j, from.q[j], there.q[j]);
+                most = max(most, abs(move));
+                sum += move * move;
+                rate[j] = move / ds;
+            }
+            if (most > tuning_.link) continue;
+            if (!known && turning && !rate_again(section, branch.report.gc, turned)) continue;
+            double cost = from.cost + w.travel * sum / ds + 0.5 * ds * (from.worth + there.worth);
+            if (!(cost < there.cost) || !joined(branch, k, from, there)) continue;
+            cost += ds * hurry(w, length_, rate);
+            if (!(cost < there.cost)) continue;
+            if (!known) out.push_back(turned);
+            out[at].cost = known_cost = cost;
+            out[at].from = static_cast<int>(i);
+        }
+    }
+
+    /// Turns the joints of `to` in `turning` (bits) to the revolutions nearest to those of `from`, in `out`;
+    /// false if that is beyond limits.
+    bool turn_to(unsigned turning, const Node& to, const Node& from, Node& out) const noexcept {
+        for (int j = 0; j < joints; ++j)
+            if (turning >> j & 1u) out.q[j] = lift(to.q[j], from.q[j]);
+        return within_limits(limits_, out.q, tolerance::angle);
+    }
+
+    /// Computes the worth of a configuration in its revolution; false if there is none.
+    bool rate_again(const Section& section, int gc, Node& node) const {
+        State x;
+        if (!state<double>(placer(family_, section.pose, gc), section.wished, node.free, node.q, x))
+            return false;
+        node.worth = x.cost;
+        std::copy(x.q, x.q + joints, node.q);
+        return true;
     }
 
     /// Stores the paths to the cheapest ends of the last layer in the branch.
@@ -574,9 +613,9 @@ private:
         return out;
     }
 
-    /// The configurations of section k that the search tries: that of a given end, or some on each arc, in
-    /// all revolutions that are told apart; empty if the section has no arc, or not that of the end, or the
-    /// end is beyond limits.
+    /// The configurations of section k that the search tries: that of a given end, or some on each arc, at
+    /// the first section in all revolutions that are told apart; empty if the section has no arc, or not that
+    /// of the end, or the end is beyond limits.
     std::vector<Node> nodes(const Branch& branch, std::size_t k) const {
         std::vector<Node> out;
         const Section& section = branch.sections[k];
@@ -594,17 +633,15 @@ private:
             const std::size_t first = out.size();
             put(x, arc);
             for (int j = 0; j < joints; ++j) {
-                if (!(branch.counted >> j & 1u)) continue;
+                if (k > 0 || !(branch.counted >> j & 1u)) continue;
                 const double q = x.q[j];
                 const double low = std::ceil((limits_.lower[j] - tolerance::angle - q) / two_pi);
                 const double high = std::floor((limits_.upper[j] + tolerance::angle - q) / two_pi);
                 for (std::size_t i = first, n = out.size(); i < n; ++i)
                     for (double turn = low; turn <= high; ++turn) {
-                        Node near = out[i];
-                        near.q[j] += two_pi * turn;
-                        State other;
-                        if (turn != 0 && state<double>(place, section.wished, free, near.q, other))
-                            put(other, arc);
+                        Node other = out[i];
+                        other.q[j] += two_pi * turn;
+                        if (turn != 0 && rate_again(section, branch.report.gc, other)) out.push_back(other);
                     }
             }
         };
