@@ -30,6 +30,15 @@ armangle::Freedom freedom_within(const AnyArm& arm, const Table& limits,
         return armangle::freedom(arm, pose, limits);
 }
 
+/// Whether a pose is reachable within these limits.
+template <class AnyArm, class Table>
+bool reachable_within(const AnyArm& arm, const Table& limits, const armangle::Pose<double>& pose) noexcept {
+    if constexpr (armangle::stepping_family<Table>)
+        return armangle::is_reachable(limits, pose);
+    else
+        return armangle::is_reachable(arm, pose, limits);
+}
+
 /// Writes the derivative of the total freedom with respect to the twist of the pose.
 template <class AnyArm, class Table>
 void freedom_slope(const AnyArm& arm, const Table& limits, const armangle::Pose<double>& pose,

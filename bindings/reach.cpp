@@ -31,7 +31,7 @@ void reachable_many(const Handle& self, Floats pose, double margin, Ints out, in
         const double* m = in.data<double>() + at[0];
         const Problem problem = check_pose(self.arm, m, value);
         if (problem != Problem::none) return problem;
-        to.data<long long>()[at[1]] = is_reachable(self.arm, load_pose(m), limits);
+        to.data<long long>()[at[1]] = reachable_within(self.arm, limits, load_pose(m));
         return Problem::none;
     });
 }
@@ -398,10 +398,11 @@ void reach_ball_of(const Handle& self, Floats out) {
     std::memcpy(to.data<double>(), four, sizeof(four));
 }
 
-/// Binds freedom, turns, placement and maps, which arms of all kinds have.
+/// Binds reachability, freedom, turns, placement and maps, which arms of all kinds have.
 template <class Handle>
 void bind_reach_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
+    arm.def("reachable_many", &reachable_many<Handle>, "pose"_a, "margin"_a, "out"_a, "threads"_a);
     arm.def("freedom_many", &freedom_many<Handle>, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
     arm.def("turns_many", &turns_many<Handle>, "pose"_a, "turned"_a, "margin"_a, "unproven"_a, "threads"_a);
     arm.def("place_many", &place_many<Handle>, "pose"_a, "weight"_a, "position"_a, "margin"_a, "out"_a,
@@ -413,13 +414,6 @@ void bind_reach_of(nb::class_<Handle>& arm) {
     arm.def("reduced_of_poses", &reduced_of_poses<Handle>, "pose"_a, "out"_a);
     arm.def("reduced_distances", &reduced_distances<Handle>);
     arm.def("reach_ball", &reach_ball_of<Handle>, "out"_a);
-}
-
-/// Binds reachability in closed form.
-template <class Handle>
-void bind_reachable(nb::class_<Handle>& arm) {
-    using namespace nb::literals;
-    arm.def("reachable_many", &reachable_many<Handle>, "pose"_a, "margin"_a, "out"_a, "threads"_a);
 }
 
 /// Binds the derivatives of feasible intervals.
@@ -436,7 +430,6 @@ void bind_slopes(nb::class_<Handle>& arm) {
 /// Binds reachability, maps, placement and slopes of an arm with an offset.
 void bind_offset_reach(nb::class_<OffsetHandle>& arm) {
     bind_reach_of(arm);
-    bind_reachable(arm);
     bind_slopes(arm);
 }
 /// Binds freedom, turns, maps and placement of a nearly S-R-S arm.
@@ -452,7 +445,6 @@ void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Turned>(m, "Turned").value("BASE", Turned::base).value("TOOL", Turned::tool);
     bind_reach_of(arm);
-    bind_reachable(arm);
     bind_slopes(arm);
 }
 

@@ -32,6 +32,22 @@ Freedom freedom(const F& family, const Pose<double>& pose) noexcept {
     return detail::freedom_of(family, exact, found);
 }
 
+/// Whether any branch and value of the free number solves a pose within the limits. If no branch has an
+/// interval, a search for a solution decides about those that are not excluded.
+template <stepping_family F>
+bool is_reachable(const F& family, const Pose<double>& pose) noexcept {
+    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+    NearestOptions open;
+    open.branches = 0;
+    ProvenArcs found;
+    for (int gc = 0; gc < configurations; ++gc) {
+        family.arcs(exact, gc, family.rows().limits, found);
+        if (!found.arcs.empty()) return true;
+        if (found.unproven > 0) open.branches |= 1u << gc;
+    }
+    return open.branches != 0 && is_solved(family.nearest(exact, open, nullptr).status);
+}
+
 }  // namespace armangle
 
 #include "../names/end.hpp"

@@ -1367,9 +1367,6 @@ class Arm(FrozenValue):
         [True, False]
         """
         poses = as_poses("pose", pose, self._handle)
-        if self.geometry.chain is not None:
-            held = self._without_scene().solve(poses, seed=np.clip(0.0, self.lower, self.upper)).ok
-            return np.asarray(held)[()]
         out = np.empty(poses.shape[:-2], np.int64)
         self._handle.reachable_many(poses, self.singularity_margin, out, thread_count())
         return out.astype(np.bool_)[()]
