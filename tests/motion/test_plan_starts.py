@@ -27,6 +27,29 @@ def plain_line(start: np.ndarray = CALM) -> aa.Line:
     return line(IIWA, start, [0.05, 0.12, -0.07])
 
 
+HURRIED: dict[str, list[list[float]]] = {  # joints at the start and at the end of a line
+    "kuka_iiwa14_r820": [  # the start's interval parts at once: its other half alone leads on
+        [-0.394, 0.0312, -0.8427, -1.4479, 1.6806, -0.1854, 2.9121],
+        [-0.4904, 0.0664, -0.928, -1.785, 1.4269, 0.1391, 2.785],
+    ],
+    "yaskawa_sia5d": [  # joint 1 is on a limit, which one side of the arm angle leaves
+        [-np.pi, 0.7968, -0.0348, -1.1431, 0.5487, -0.0503, 1.5117],
+        [-3.1342, 0.8184, -0.0406, -1.1316, 0.5483, -0.0389, 1.5102],
+    ],
+}
+
+
+@pytest.mark.parametrize("name", HURRIED)
+@pytest.mark.parametrize("off", [0.0, 1e-6])
+def test_next_to_a_singular_wrist_the_way_on_is_found(name: str, off: float) -> None:
+    """A plan with a singularity margin is found from a start where joints turn fast with the arm angle."""
+    arm = aa.Arm.from_catalogue(name).with_(singularity_margin=0.02)
+    ends = np.add(HURRIED[name], [off, 0, 0, 0, 0, 0, 0])
+    path = aa.plan(arm, aa.Line(*arm.forward(ends)[0]), start=ends[0])
+    assert path.certified, path.explain()
+    assert np.abs(path.q[0] - ends[0]).max() <= 1e-9
+
+
 @pytest.mark.parametrize("off", [0.005, 0.011, 0.02, 0.03, 0.045])
 @pytest.mark.parametrize("which", ["start", "goal"])
 def test_a_start_beside_the_first_pose_is_taken_to_it(off: float, which: str) -> None:

@@ -60,7 +60,7 @@ struct SearchedBranch {
     double cost = infinity;
     BranchEnd ends[2];
     unsigned counted = 0;  // bit j: the search tells the revolutions of joint j apart
-    bool stalled = false;  // the search found no continuation somewhere: it tries the ends' free numbers too
+    bool stalled = false;  // the search found no continuation: its grid is now finer where joints turn fast
     bool spent = false;    // it stopped with as many sections as a branch may have
 };
 
@@ -175,7 +175,7 @@ public:
     /// Finds a path through the sections of a branch, with more of them where it ends, and returns the number
     /// of sections reached. Ends if is_shut(branch). From the first section without a continuation on it is
     /// `stalled`; with as many sections as a branch may have it is `spent`. The report says whether it gave
-    /// up for that, or after so many rounds without getting farther.
+    /// up for that, or after so many rounds without getting farther, first there, then all along the way.
     template <class IsShut>
     std::size_t find(Branch& branch, const IsShut& is_shut) const {
         branch.way.clear();
@@ -183,6 +183,7 @@ public:
         for (unsigned more = 0;; branch.counted |= more) {
             Layers layer;
             double ahead = 0;  // the farthest s at which no continuation was found
+            int mended = 0;    // how often sections were added all along the way to there
             for (int round = 0; !is_shut(branch); ++round) {
                 extend(branch, layer);
                 const std::size_t reached = layer.size();
@@ -195,7 +196,11 @@ public:
                 branch.stalled = true;
                 branch.spent = branch.sections.size() > most;
                 branch.report.given_up = round == tuning_.rounds || branch.spent;
-                if (branch.report.given_up || !halve(branch, reached - 1)) break;
+                if (branch.report.given_up || !halve(branch, reached - 1)) {
+                    if (branch.spent || mended++ == tuning_.rounds || !mend(branch, layer)) break;
+                    round = tuning_.rounds - 1;
+                    continue;
+                }
                 if (reached >= 2 && halve(branch, reached - 2)) layer.pop_back();
             }
             if (layer.empty()) return 0;
@@ -596,6 +601,32 @@ private:
         return true;
     }
 
+    /// Inserts a section before each that has an arc which no path reaches, though the arc meets one that
+    /// paths reach in the section before: the joints may turn too far for one link. Removes the layers from
+    /// the first such section on; false if there is none.
+    bool mend(Branch& branch, Layers& layer) const {
+        const auto meet = [](const Arc& a, const Arc& b) {
+            const double middle = 0.5 * (a.lower + a.upper), at = 0.5 * (b.lower + b.upper);
+            return 2 * abs(lift(at, middle) - middle) <= a.upper - a.lower + b.upper - b.lower;
+        };
+        std::size_t first = layer.size();
+        for (std::size_t k = layer.size() - 1; k > 0; --k) {
+            const ArcSet &before = branch.sections[k - 1].arcs, &here = branch.sections[k].arcs;
+            const auto torn = [&](int arc) {
+                return std::none_of(layer[k].begin(), layer[k].end(),
+                                    [&](const Node& x) { return x.arc == arc; }) &&
+                       std::any_of(layer[k - 1].begin(), layer[k - 1].end(),
+                                   [&](const Node& x) { return meet(before.arc[x.arc], here.arc[arc]); });
+            };
+            bool any = false;
+            for (int arc = 0; arc < here.count && !any; ++arc) any = torn(arc);
+            if (any && halve(branch, k - 1)) first = k;
+        }
+        const bool found = first < layer.size();
+        layer.resize(first);
+        return found;
+    }
+
     /// The start or goal that section k must use; null: none.
     const End* anchor(const Branch& branch, std::size_t k) const noexcept {
         if (k == 0 && branch.ends[0].q) return &branch.ends[0];
@@ -660,15 +691,43 @@ private:
             for (double x = first; x < high; x += tuning_.step)
                 if (x > low) free.push_back(x);
             if (high > low) free.push_back(high);
-            for (const End& end : branch.ends) {  // from which joints may turn faster than the grid is fine
-                if (!branch.stalled || !end.q) continue;
-                const double near = nearest(section.arcs, wrap(end.lambda));
-                if (arc_at(section, near) == i) free.push_back(lift(near, 0.5 * (arc.lower + arc.upper)));
+            if (branch.stalled) {
+                free.insert(free.begin(), arc.lower);
+                free.push_back(arc.upper);
+                divide(branch, place, section.wished, free);
             }
-            std::sort(free.begin(), free.end());
             for (const double x : free) add(x, i);
         }
         return out;
+    }
+
+    /// Adds values between those of an arc, in ascending order, where a joint turns by more than half of what
+    /// it may from section to section: next to singularities joints turn faster than the grid is fine, and a
+    /// joint whose revolutions are told apart changes its revolution at a limit.
+    template <class Place>
+    void divide(const Branch& branch, const Place& place, double wished, std::vector<double>& free) const {
+        const auto turns = [&](double a, double b) {
+            State x, y;
+            double most = 0;
+            if (!state<double>(place, wished, a, nullptr, x) || !state<double>(place, wished, b, nullptr, y))
+                return most;
+            for (int j = 0; j < joints; ++j) {
+                const double move = y.q[j] - x.q[j];
+                most = max(most, abs(branch.counted >> j & 1u ? move : wrap(move)));
+            }
+            return most;
+        };
+        std::vector<double> ahead(free.rbegin(), free.rend());
+        for (free.clear(); !ahead.empty();) {
+            const double to = ahead.back();
+            if (!free.empty() && to - free.back() > tolerance::angle &&
+                turns(free.back(), to) > 0.5 * tuning_.link) {
+                ahead.push_back(0.5 * (free.back() + to));
+                continue;
+            }
+            free.push_back(to);
+            ahead.pop_back();
+        }
     }
 
     /// The cost of the motion from one configuration to another over ds.

@@ -69,13 +69,13 @@ class Branch:
         Global configuration 0..7.
     verdict : Verdict
         OK: there is a path. UNREACHABLE: the wrist is out of reach. IMPOSSIBLE: at some s no arm angle is
-        within all limits and collision-free; this is exact. DEAD_END: every section has arm angles, but none
-        that the start reaches continues. START, GOAL: that configuration violates limits, is in another
-        branch, collides, or is singular, so that no arm angle gives it; or it belongs to a true chain and its
-        nominal arm does not have it (`status` NO_CONVERGENCE). UNRESOLVED: the sections connect, but every
-        curve tried through them violates a limit between, or leads through a fold (`status` NO_POSTURE), or
-        where branches of an own chain meet and nothing is proven (NEAR_SINGULAR); or the search was given up
-        (`given_up`).
+        within all limits and collision-free; this is exact. DEAD_END: every section has arm angles, but the
+        search found none that continues the path; this is not proven. START, GOAL: that configuration
+        violates limits, is in another branch, collides, or is singular, so that no arm angle gives it; or it
+        belongs to a true chain and its nominal arm does not have it (`status` NO_CONVERGENCE). UNRESOLVED:
+        the sections connect, but every curve tried through them violates a limit between, or leads through a
+        fold (`status` NO_POSTURE), or where branches of an own chain meet and nothing is proven
+        (NEAR_SINGULAR); or the search was given up (`given_up`).
     status : Status
         The status of the poses in question.
     s_from, s_to : float
@@ -204,7 +204,7 @@ class Branch:
                 if self.through:
                     ahead = f"{ahead}, after a change to GC {', '.join(map(str, self.through))}"
                 otherwise = "" if self.s_from > 0 else f" {_ELSEWHERE}"
-                return f"{ahead}: from this start no feasible arm angle continues the path.{otherwise}"
+                return f"{ahead}: from this start the search found no way on.{otherwise}"
             case Verdict.START if self.turns:
                 return f"the start {self._shut('leave only after it turns')} {_ELSEWHERE}"
             case Verdict.GOAL if self.turns:
