@@ -36,7 +36,7 @@ def _closed_figures() -> Iterator[None]:
     """Draw and close all figures after each test."""
     yield
     for number in plt.get_fignums():
-        plt.figure(number).canvas.draw()
+        plt.figure(number).draw_without_rendering()
     plt.close("all")
 
 

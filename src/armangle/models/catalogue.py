@@ -14,6 +14,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -88,8 +89,9 @@ def offset_catalogue() -> tuple[str, ...]:
     return tuple(sorted(_files("offset")))
 
 
+@cache
 def _files(folder: str) -> dict[str, Path]:
-    """Return the files of robots by name; `folder` is a pattern below that of the robots."""
+    """Return the files of robots by name, listed once; `folder` is a pattern below that of the robots."""
     return {path.stem: path for path in ROBOTS.glob(f"{folder}/*.toml")}
 
 
