@@ -159,6 +159,8 @@ def test_out_of_reach_it_says_how_far() -> None:
 
 
 BONES = aa.Body.bones(0.05, 0.05)
+NEAR = 0.01
+"""Clearance of the scenes, m."""
 
 
 @pytest.mark.turns(2)
@@ -174,16 +176,16 @@ def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
         elbow = bare.frames(rows.q)[20, 3, :3, 3]
         aside = rng.normal(size=3)
         aside *= 0.09 / np.linalg.norm(aside)
-        scene = aa.Scene([aa.Ball(elbow + aside, 0.03, name="lamp")], clearance=0.01)
+        scene = aa.Scene([aa.Ball(elbow + aside, 0.03, name="lamp")], clearance=NEAR)
         path = aa.plan(bare.with_(scene=scene), without.path)
         if not path.ok:
             assert path.diagnosis is not None
             assert not any(branch.ok for branch in path.diagnosis.branches)
             continue
         between = path.at(PLACES)
-        assert path.certified and distances(bare, between.q, scene)[0].min() >= 0.01
+        assert path.certified and distances(bare, between.q, scene, NEAR)[0].min() >= NEAR
         assert path.arm.limit_margin(between.q).min() >= 0
-        detours += distances(bare, rows.q, scene)[0].min() < 0.01
+        detours += distances(bare, rows.q, scene, NEAR)[0].min() < NEAR
     assert detours >= 2  # the plan without obstacles touches them
 
 
@@ -200,20 +202,20 @@ def test_a_plan_among_what_moves_is_clear_at_every_moment(name: str) -> None:
         def passing(s: float, elbow: np.ndarray = elbow, way: np.ndarray = way) -> aa.Scene:
             """The scene at s: a ball that passes the elbow."""
             at = elbow + (s - 0.35) * way
-            return aa.Scene([aa.Ball(at, 0.03, name="lamp")], clearance=0.01)
+            return aa.Scene([aa.Ball(at, 0.03, name="lamp")], clearance=NEAR)
 
         path = aa.plan(bare, without.path, scene=passing, obstacle_speed=0.4)
         places = np.linspace(0.0, 1.0, 401 if draw.COUNT else 101)
         near = [
             [
-                distances(bare, q[None], passing(float(s)))[0].min()
+                distances(bare, q, passing(float(s)), NEAR)[0].min()
                 for s, q in zip(places, each.at(places).q, strict=True)
             ]
             for each in ((without, path) if path.ok else (without,))
         ]
-        detours += path.ok and min(near[0]) < 0.01
+        detours += path.ok and min(near[0]) < NEAR
         if path.ok:
-            assert path.certified and min(near[1]) >= 0.01
+            assert path.certified and min(near[1]) >= NEAR
         else:
             assert path.diagnosis is not None
             assert not any(branch.ok for branch in path.diagnosis.branches)

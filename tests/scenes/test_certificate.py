@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.draw import count, generator
-from support.touching import distances, ends, from_segment, least_along, moved
+from support.touching import distances, ends, from_segment, least_along, least_distance, moved
 
 import armangle as aa
 
@@ -76,7 +76,7 @@ def test_what_swings_against_what_stands(kind: str) -> None:
             rows = path.at(DENSE)
             apart = arm.clearance(rows.q, scene).distance
         else:
-            apart = distances(arm, q, scene)[0].min(axis=-1)
+            apart = least_distance(arm, q, scene)
         if apart.min() > MISS:
             turns_at(path, arm, [shape], PAIRS, apart)
             done += 1

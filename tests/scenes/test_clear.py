@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support.draw import count, generator
 from support.threads import in_threads
-from support.touching import distances
+from support.touching import distances, least_distance
 
 import armangle as aa
 
@@ -81,7 +81,7 @@ def test_a_psi_is_clear_if_and_only_if_no_link_touches(arm: aa.Arm, body: str) -
         limits = arcs.intervals.ravel() if arcs.ends else np.empty(0)
         beside = [limits + sign * 10 ** rng.uniform(-8.9, -3) for sign in (-1, 1)]
         psi = np.concatenate([psi, *beside])
-        least = distances(arm, arm.inverse(pose, psi, gc, limits=False), scene)[0].min(axis=-1)
+        least = least_distance(arm, arm.inverse(pose, psi, gc, limits=False), scene)
         near = np.array([np.min(np.abs(np.angle(np.exp(1j * (limits - x)))), initial=9.0) for x in psi])
         wrong = (arcs.contains(psi) != (least >= kept)) & (near > 1e-9) & (np.abs(least - kept) > 1e-14)
         assert not wrong.any(), (k, psi[wrong], least[wrong] - kept)
@@ -145,7 +145,7 @@ def test_links_that_swing_fast_beside_a_singular_posture(near: float) -> None:
         scene = aa.Scene([aa.Ball(shoulder(arm) + rng.normal(size=3) * 0.12, 0.03) for _ in range(3)])
         arcs = arm._clear(pose, gc, scene)
         asked = np.concatenate([psi + np.geomspace(1e-7, 1, 30), psi - np.geomspace(1e-7, 1, 30)])
-        least = distances(arm, arm.inverse(pose, asked, gc, limits=False), scene)[0].min(axis=-1)
+        least = least_distance(arm, arm.inverse(pose, asked, gc, limits=False), scene)
         wrong = (arcs.contains(asked) != (least >= 0)) & (np.abs(least) > 1e-8)
         assert not wrong.any(), (near, k, asked[wrong] - psi, least[wrong])
 
@@ -211,9 +211,7 @@ def test_segments_of_the_arm_plane_in_exact_places(ends: Any) -> None:  # fmt: s
             ):  # fmt: skip
                 arcs = arm._clear(pose, 0, aa.Scene([shape]))
                 psi = np.linspace(-np.pi, np.pi, 73)
-                least = distances(arm, arm.inverse(pose, psi, 0, limits=False), aa.Scene([shape]))[0].min(
-                    axis=-1
-                )
+                least = least_distance(arm, arm.inverse(pose, psi, 0, limits=False), aa.Scene([shape]))
                 wrong = (arcs.contains(psi) != (least >= 0)) & (np.abs(least) > 1e-9)
                 assert not wrong.any(), (shape, psi[wrong], least[wrong])
                 seen += not bool(arcs.is_full)
@@ -287,7 +285,7 @@ def test_more_gaps_than_a_set_holds_leave_the_widest() -> None:
     psi = np.linspace(-np.pi, np.pi, 3000)
     inside = arcs.contains(psi)
     assert inside.any()
-    assert distances(arm, arm.inverse(pose, psi[inside], 0, limits=False), scene)[0].min() > -1e-9
+    assert least_distance(arm, arm.inverse(pose, psi[inside], 0, limits=False), scene).min() > -1e-9
 
 
 @pytest.mark.core

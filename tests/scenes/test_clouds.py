@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.draw import count, generator
-from support.touching import distances, ends, from_segment, moved
+from support.touching import ends, from_segment, least_distance, moved
 
 import armangle as aa
 
@@ -80,7 +80,7 @@ def test_what_groups_leave_out_touches_nothing() -> None:
         psi = rng.uniform(-np.pi, np.pi, 40)
         q = arm.inverse(pose, psi, k % 8, limits=False)
         balls = aa.Scene([aa.Ball(p, 0.015) for p in points[rng.permutation(len(points))[:40]]])
-        assert (distances(arm, q, balls)[0].min(axis=-1)[arcs.contains(psi)] > -1e-9).all()
+        assert (least_distance(arm, q, balls)[arcs.contains(psi)] > -1e-9).all()
         least = kept.clearance(q).distance
         assert np.array_equal(arcs.contains(psi), least >= 0)
 

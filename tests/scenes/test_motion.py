@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.draw import count, generator
-from support.touching import distances
+from support.touching import least_distance
 
 import armangle as aa
 
@@ -19,7 +19,7 @@ LAMP = aa.Scene([aa.Ball([0.28, 0.26, 0.6], 0.06, name="lamp")], clearance=0.01)
 
 def least(q: np.ndarray, scene: aa.Scene) -> float:
     """The distance (m) of the nearest pair over joints (..., 7)."""
-    return float(distances(ARM, q, scene)[0].min())
+    return float(least_distance(ARM, q, scene).min())
 
 
 def test_a_motion_goes_round_what_holding_psi_touches() -> None:
@@ -105,7 +105,7 @@ def test_a_solution_is_clear_and_no_clear_posture_is_nearer() -> None:
         scene = aa.Scene([aa.Ball(place, 0.06) for place in places])
         q = ARM.inverse(np.broadcast_to(pose, (721, 4, 4)), grid, seed=near, limits=False).reshape(-1, 7)
         q = q[ARM.within_limits(q)]
-        q = q[distances(ARM, q, scene)[0].min(axis=-1) > 0] if len(q) else q
+        q = q[least_distance(ARM, q, scene) > 0] if len(q) else q
         for metric in ("l2", "max"):
             found = ARM.with_(scene=scene).solve(pose, seed=near, metric=metric)
             if found.status != aa.Status.OK:
@@ -181,7 +181,7 @@ def test_escape_leads_out_and_never_nearer(bounded: bool) -> None:
         path = aa.follow(ARM.with_(scene=scene), np.tile(pose, (300, 1, 1)), start=q, policy=out, **how)
         done = np.isfinite(path.psi)
         inside = done & (path.status == aa.Status.CLEARANCE)
-        gaps = distances(ARM, path.q[inside], scene)[0].min(axis=-1)
+        gaps = least_distance(ARM, path.q[inside], scene)
         assert (np.diff(gaps) >= -1e-9).all() and (gaps < 0).all()
         most = 0.02 + 1e-9
         assert np.abs(np.diff(path.q[done], axis=0, prepend=q[None])).max(initial=0.0) <= most

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.draw import count, generator
-from support.touching import distances
+from support.touching import least_distance
 
 import armangle as aa
 
@@ -24,7 +24,7 @@ DENSE = np.linspace(0.0, 1.0, 2001)
 
 def least(arm: aa.Arm, q: np.ndarray, scene: aa.Scene) -> float:
     """The distance (m) of the nearest pair over joints (..., 7)."""
-    return float(distances(arm, q, scene)[0].min())
+    return float(least_distance(arm, q, scene).min())
 
 
 def line(rng: np.random.Generator) -> tuple[aa.Line, np.ndarray]:

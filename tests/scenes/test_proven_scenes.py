@@ -12,7 +12,7 @@ from scenes.test_chain_scenes import ALL_LINKS, BASE, BONES, CHAINS, away, obsta
 from support.calibrated import ARMS, calibrated
 from support.chains import read_urdf
 from support.draw import count
-from support.touching import distances
+from support.touching import distances, least_distance
 
 import armangle as aa
 from armangle.models.chain import rotation_about
@@ -44,7 +44,7 @@ EACH_BODY = pytest.mark.parametrize("body", BODIES.values(), ids=BODIES.keys())
 
 def room(arm: aa.Arm, q: Any, scene: aa.Scene) -> Any:
     """The least distance at joints (..., 7) minus the clearance, m, by plain distances."""
-    return distances(arm, q, scene)[0].min(axis=-1) - scene.clearance
+    return least_distance(arm, q, scene) - scene.clearance
 
 
 def held(arm: aa.Arm, pose: Any, psi: Any, gc: int) -> Any:

@@ -32,7 +32,7 @@ def from_core(points: Floats, shape: Any) -> Floats:
     return np.linalg.norm(points - begin - share[..., None] * along, axis=-1)
 
 
-def least_along(core: Any, far: float, begin: Floats, end: Floats, *others: Floats) -> Floats:
+def least_along(core: Any, far: float | Floats, begin: Floats, end: Floats, *others: Floats) -> Floats:
     """The least value of the convex function core(points, *others), of slope at most 1, on each segment (...,
     3).
 
@@ -57,7 +57,7 @@ def least_along(core: Any, far: float, begin: Floats, end: Floats, *others: Floa
     return out
 
 
-def segment_distance(begin: Floats, end: Floats, shape: Any, far: float = np.inf) -> Floats:
+def segment_distance(begin: Floats, end: Floats, shape: Any, far: float | Floats = np.inf) -> Floats:
     """Distances of segments (..., 3) from a shape's surface, negative within its radius; beyond `far` lower
     bounds.
     """
@@ -77,7 +77,7 @@ def moved(frame: Floats, point: Floats) -> Floats:
     return frame[..., :3, :3] @ point + frame[..., :3, 3]
 
 
-def distances(arm: aa.Arm, q: Floats, scene: aa.Scene, far: float = np.inf) -> Told:
+def distances(arm: aa.Arm, q: Floats, scene: aa.Scene, far: float | Floats = np.inf) -> Told:
     """Distances (..., pairs) between links and obstacles and between links, and the names of the pairs.
 
     At joints (..., 7). Links side by side, and pairs that the scene lets touch, are left out. Of those that
@@ -100,6 +100,14 @@ def distances(arm: aa.Arm, q: Floats, scene: aa.Scene, far: float = np.inf) -> T
                 columns.append(least_along(from_segment, far + radii, *places[i], *places[k]) - radii)
                 names.append(pair)
     return np.stack(columns, axis=-1), names
+
+
+def least_distance(arm: aa.Arm, q: Floats, scene: aa.Scene) -> Floats:
+    """The least of the distances at joints (..., 7): of pairs that may have it alone these are computed."""
+    assert arm.body is not None
+    longest = max(np.linalg.norm(np.subtract(*ends(rod))) for _, rod in arm.body._shapes(arm.geometry))
+    beyond = distances(arm, q, scene, -np.inf)[0].min(axis=-1)  # less by at most half the rod of that pair
+    return np.asarray(distances(arm, q, scene, beyond + longest / 2)[0].min(axis=-1))
 
 
 def from_segment(points: Floats, begin: Floats, end: Floats) -> Floats:
