@@ -225,18 +225,12 @@ def worst_difference(one: Chain, other: Chain) -> tuple[float, float]:
     random configurations suffice.
     """
 
-    def distance(q: FloatArray) -> FloatArray:
-        """Return the distances (...) between the end effectors of both chains at joints (..., n), m."""
-        difference = one.forward(q) - other.forward(q)
+    def distance(difference: FloatArray) -> FloatArray:
+        """Return the distances (...), m, from the difference (..., 4, 4) of poses."""
         return np.asarray(np.linalg.norm(difference[..., :3, 3], axis=-1), dtype=np.float64)
 
-    def angle(q: FloatArray) -> FloatArray:
-        """Return the angles (...) between the end effectors of both chains at joints (..., n), rad."""
-        return rotation_angle(one.forward(q) - other.forward(q))
-
-    joints = len(one.joints)
-    q = np.random.default_rng(_SEED).uniform(-np.pi, np.pi, (POSTURES, joints))
-    return _climb(distance, q), _climb(angle, q)
+    q = np.random.default_rng(_SEED).uniform(-np.pi, np.pi, (POSTURES, len(one.joints)))
+    return _climb(one, other, distance, q), _climb(one, other, rotation_angle, q)
 
 
 def rotation_angle(difference: FloatArray) -> FloatArray:
@@ -245,16 +239,20 @@ def rotation_angle(difference: FloatArray) -> FloatArray:
     return np.asarray(2.0 * np.arcsin(np.minimum(chord, 1.0)), dtype=np.float64)
 
 
-def _climb(size: Callable[[FloatArray], FloatArray], q: NDArray[np.float64]) -> float:
-    """Return the largest value of `size` found by coordinate search from the joints `q` (n, joints)."""
-    found = size(q)
+def _climb(
+    one: Chain, other: Chain, size: Callable[[FloatArray], FloatArray], q: NDArray[np.float64]
+) -> float:
+    """Return the largest `size` of the difference of two end effectors found by coordinate search from the
+    joints `q` (n, joints).
+    """
+    found = size(one.forward(q) - other.forward(q))
     if found.max() <= ROUNDING:
         return float(found.max())
     best = q[np.argsort(found)[-_CLIMBERS:]]
     rows = np.arange(len(best))
     for _ in range(_SWEEPS):
         for joint in range(q.shape[1]):
-            tries = np.repeat(best[:, None], _ANGLES.size + 1, axis=1)
-            tries[:, 1:, joint] = _ANGLES
-            best = tries[rows, size(tries).argmax(axis=1)]
-    return float(size(best).max())
+            tries = np.column_stack([best[:, joint], np.tile(_ANGLES, (len(best), 1))])
+            differences = one.swept(best, joint, tries) - other.swept(best, joint, tries)
+            best[:, joint] = tries[rows, size(differences).argmax(axis=1)]
+    return float(size(one.forward(best) - other.forward(best)).max())

@@ -62,6 +62,15 @@ class Chain:
             pose = frames[-1] @ rotation_about(joint.axis, angles[..., index])
         return [*frames, np.asarray(pose @ self.tip_origin, dtype=np.float64)]
 
+    def swept(self, q: FloatArray, joint: int, angles: FloatArray) -> FloatArray:
+        """Return the poses (n, k, 4, 4) of the tip link at joints `q` (n, joints), rad, but for that of index
+        `joint`, which is at `angles` (n, k), rad.
+        """
+        frames = self.frames(q)
+        turns = rotation_about(self.joints[joint].axis, angles - q[:, joint, None])
+        after = np.linalg.solve(frames[joint], frames[-1])
+        return np.asarray(frames[joint][:, None] @ turns @ after[:, None])
+
     def lines(self) -> tuple[FloatArray, FloatArray]:
         """Return the joint axes at q = 0 in the base link: points (n, 3), one on each, m, and unit vectors
         (n, 3).
