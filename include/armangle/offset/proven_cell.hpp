@@ -10,6 +10,7 @@
 #include "../limits/proven_cell.hpp"
 #include "../numbers/mean_value.hpp"
 #include "cells.hpp"
+#include "freedom.hpp"
 
 #include "../names/begin.hpp"
 
