@@ -270,9 +270,11 @@ def test_the_slider_moves_the_arm(viewer: Viewer, page: Any, folder: Path) -> No
     page.mouse.up()
     until(lambda: 70 < np.degrees(state.psi) < 130, "the slider turns the elbow")
     assert np.abs(state.q - q).max() > 0.1
+    box = number(page, "ψ (deg)")  # the last of the moves may still be on its way
+    until(lambda: float(box.input_value()) == round(np.degrees(state.psi), 1), "the box shows the angle")
     type_psi(page, "150")
     says(page, "ψ = 150.0°")
-    until(lambda: number(page, "ψ (deg)").input_value() == "150", "the box shows the angle")
+    until(lambda: box.input_value() == "150", "the box shows what is typed")
     np.testing.assert_allclose(state.pose, ARM.forward(_START)[0], atol=1e-9)
     until(lambda: np.abs(picture(page) - before).max(axis=-1).mean() > 0.005, "the picture changes")
     page.screenshot(path=folder / "2_turned.png")
