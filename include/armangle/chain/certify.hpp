@@ -14,7 +14,6 @@
 // Analysis (1966); A. Neumaier, Interval Methods (1990), chapter 5.
 #pragma once
 
-#include <functional>
 #include <optional>
 
 #include "../plan/certify.hpp"
@@ -54,16 +53,17 @@ public:
     }
 
     /// Proves all stretches and returns the ranges of s that are not proven and the violations that were
-    /// found; checkpoint() is called between stretches.
-    Proof run(const std::function<void()>& checkpoint) {
+    /// found; counts its pieces as `work`, if not null.
+    Proof run(Work* work) {
         for (const Stretch& x : curve_.curve.stretches) {
-            if (checkpoint) checkpoint();
+            const long long before = budget_;
             const bool proven = also_proven(x) && prove(x, x.start, x.end, 0);
             if (!proven) {
                 known_ = false;
                 leave(x.start, x.end);
             }
             look(x, proven);
+            if (work) work->take(WorkTuning::chain * WorkTuning::cell * (1 + before - budget_));
         }
         return std::move(proof_);
     }
@@ -250,13 +250,12 @@ private:
 /// limits, singularity margin (rad) and the clearance of `scene` (null: none). `also` is the proof for the
 /// nominal arm. Returns the ranges of s that are not proven, and where limits or clearance are violated or
 /// the curve is another posture than the motion; `excess` is the largest violation of a limit found (rad; <=
-/// 0: none, infinite: no posture), `short_of` the largest lack of clearance (m). checkpoint() (may be empty)
-/// is called between the parts of the work and may throw to stop it.
+/// 0: none, infinite: no posture), `short_of` the largest lack of clearance (m). `work` may be null.
 inline Proof certify(const CorrectedCurve& curve, const GivenEnds& ends, const Limits& limits, double margin,
                      const Proof& also, const Scene* scene, double& excess, double& short_of,
-                     const std::function<void()>& checkpoint = {}) {
+                     Work* work = nullptr) {
     detail::TubeProver prover(curve, ends, limits, margin, also, scene);
-    Proof out = prover.run(checkpoint);
+    Proof out = prover.run(work);
     excess = prover.excess();
     short_of = prover.short_of();
     return out;

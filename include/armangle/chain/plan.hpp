@@ -87,8 +87,9 @@ inline bool refuses_end(const Plan& plan) noexcept {
 }
 
 /// Plans on the nominal arm with its present base, and corrects and proves the curve for the true chain.
-inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::size_t n, const double* rows,
-                            std::size_t row_count, PlanOptions options, const Scene* scene) {
+inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segments, std::size_t n,
+                            const double* rows, std::size_t row_count, PlanOptions options,
+                            const Scene* scene) {
     Scene wide{};
     const Scene* const wide_alone = &wide;
     if (options.scenes && scene) {
@@ -120,10 +121,10 @@ inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::s
     ChainPlan best;
     bool found = false;
     for (int round = 0; round < ChainPlanTuning::plans; ++round) {
-        ChainPlan now{plan(arm.nominal, segments, n, rows, row_count, options), {}, {}};
+        ChainPlan now{plan_within(work, arm.nominal, segments, n, rows, row_count, options), {}, {}};
         if (!now.ok && options.singularity_margin > asked) {
             options.singularity_margin = asked;
-            now = {plan(arm.nominal, segments, n, rows, row_count, options), {}, {}};
+            now = {plan_within(work, arm.nominal, segments, n, rows, row_count, options), {}, {}};
         }
         if (!now.ok) {
             if (!found) best = std::move(now);
@@ -133,8 +134,8 @@ inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::s
         double excess = 0, short_of = 0;
         now.shifts = lead_shifts(arm, drawn, ends[0].q, ends[1].q);
         const CorrectedCurve curve{arm, drawn, now.shifts};
-        now.proof = certify(curve, {ends[0].q, ends[1].q}, limits, asked, now.proof, scene, excess, short_of,
-                            options.checkpoint);
+        now.proof =
+            certify(curve, {ends[0].q, ends[1].q}, limits, asked, now.proof, scene, excess, short_of, &work);
         for (std::size_t i = 0; i < row_count; ++i) {
             if (is_finite(curve.at(rows[i]).q)) continue;
             now.proof.violated.push_back(rows[i]);
@@ -165,7 +166,7 @@ inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::s
                 belongs(arm, end.q, end.pose) ? PlanEndsTuning::end_move : tolerance::largest_angle;
             if (!(gap <= most)) now = refused_end(arm, end.q, end.s, options.branches);
         }
-        const bool done = kept || !(excess < infinity);
+        const bool done = kept || !(excess < infinity) || work.spent();
         if (!found || kept) best = std::move(now);
         found = true;
         if (done) break;
@@ -193,14 +194,15 @@ inline Pose<double> base_at(const ChainArm& arm, const double* q) noexcept {
 /// plan.
 inline ChainPlan plan(const ChainArm& arm, const Segment* segments, std::size_t n, const double* rows,
                       std::size_t row_count, const PlanOptions& options, const Scene* scene = nullptr) {
-    ChainPlan found = detail::plan_about(arm, segments, n, rows, row_count, options, scene);
+    Work work(options.checkpoint, options.work);
+    ChainPlan found = detail::plan_about(work, arm, segments, n, rows, row_count, options, scene);
     for (const double* q : {options.start, options.goal}) {
-        if (found.ok || !q || options.allowed) continue;
+        if (found.ok || !q || options.allowed || work.spent()) continue;
         if (!detail::belongs(arm, q,
                              q == options.start ? pose_at(segments[0], 0.0) : pose_at(segments[n - 1], 1.0)))
             continue;
         const ChainArm moved = with_base(arm, detail::base_at(arm, q));
-        ChainPlan again = detail::plan_about(moved, segments, n, rows, row_count, options, scene);
+        ChainPlan again = detail::plan_about(work, moved, segments, n, rows, row_count, options, scene);
         if (!again.ok && !detail::refuses_end(found)) continue;
         found = std::move(again);
         found.base = moved.nominal.base;

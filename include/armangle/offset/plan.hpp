@@ -25,10 +25,11 @@ namespace detail {
 template <planned_family F>
 Plan planned_of(const F& family, const Segment* segments, std::size_t n, const PlanOptions& options,
                 const FamilyTuning& tuning) {
+    Work work(options.checkpoint, options.work);
     const auto planned = [&](const PlanOptions& asked) {
-        return FamilyPlanner(family, segments, n, asked, tuning).run();
+        return FamilyPlanner(family, segments, n, asked, work, tuning).run();
     };
-    return fastest(options, planned,
+    return fastest(options, work, planned,
                    [&](const Plan& x) { return FamilyCurve<F>{family, x.gc, {segments, n}, x.stretches}; });
 }
 

@@ -19,6 +19,7 @@
 #include "tube.hpp"
 #include "family_tuning.hpp"
 #include "plan_options.hpp"
+#include "work.hpp"
 
 #include "../names/begin.hpp"
 
@@ -125,15 +126,16 @@ public:
     /// Whether joints q at s touch an obstacle; empty: they never do.
     using Touches = std::function<bool(double s, const double* q)>;
 
-    /// Keeps a reference to the tuning. length: how far the path turns the arm (rad).
-    BranchSearch(const F& family, const Limits& limits, const Objective& objective, double length,
-                 const std::function<void()>& checkpoint, Look look, Touches touches,
-                 const FamilyTuning& tuning)
+    /// Keeps references to work and tuning. length: how far the path turns the arm (rad). threaded: whether
+    /// branches are searched at the same time, so that no search may depend on the work of others.
+    BranchSearch(const F& family, const Limits& limits, const Objective& objective, double length, Work& work,
+                 bool threaded, Look look, Touches touches, const FamilyTuning& tuning)
         : family_(family),
           limits_(limits),
           objective_(objective),
           length_(length),
-          checkpoint_(checkpoint),
+          work_(work),
+          threaded_(threaded),
           look_(std::move(look)),
           touches_(std::move(touches)),
           tuning_(tuning) {
@@ -194,7 +196,7 @@ public:
                     round = 0;
                 }
                 branch.stalled = true;
-                branch.spent = branch.sections.size() > most;
+                branch.spent = branch.sections.size() > most || (!threaded_ && work_.spent());
                 branch.report.given_up = round == tuning_.rounds || branch.spent;
                 if (branch.report.given_up || !halve(branch, reached - 1)) {
                     if (branch.spent || mended++ == tuning_.rounds || !mend(branch, layer)) break;
@@ -260,7 +262,7 @@ public:
         std::vector<double> diagonal(n), beside(n), move(n);
         branch.cost = cost_of(branch, way);
         for (int step = 0; step < tuning_.steps; ++step) {
-            pass_checkpoint();
+            work_.take(WorkTuning::posture * static_cast<long long>(n));
             for (std::size_t k = 0; k < n; ++k) {
                 const double share = share_of(at, k, n);
                 diagonal[k] = share * max(way[k].cost_2, 0.0);
@@ -385,8 +387,9 @@ private:
     /// leads to are configurations.
     void extend(const Branch& branch, Layers& layer) const {
         for (std::size_t k = layer.size(); k < branch.sections.size(); ++k) {
-            pass_checkpoint();
             std::vector<Node> here = nodes(branch, k);
+            const std::size_t links = WorkTuning::posture + (k ? layer.back().size() : 0);
+            work_.take(static_cast<long long>(here.size() * links));
             if (k == 0) {
                 for (Node& first : here) first.cost = 0;
             } else {
@@ -493,11 +496,6 @@ private:
                          [&](std::size_t a, std::size_t b) { return last[a].cost < last[b].cost; });
         if (out.size() > tuning_.ways) out.resize(tuning_.ways);
         return out;
-    }
-
-    /// Calls the caller's checkpoint, if any, which may throw to stop the computation.
-    void pass_checkpoint() const {
-        if (checkpoint_) checkpoint_();
     }
 
     /// Computes the configuration of a value of the redundant parameter, in the revolution nearest to `near`,
@@ -837,7 +835,8 @@ private:
     const Limits limits_;
     const Objective objective_;  // with the slowness of the joints
     const double length_;        // how far the path turns the arm (rad)
-    const std::function<void()> checkpoint_;
+    Work& work_;
+    const bool threaded_;
     const Look look_;
     const Touches touches_;
     const FamilyTuning& tuning_;

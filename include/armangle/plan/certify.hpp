@@ -20,10 +20,9 @@
 // distances (clear_prover.hpp).
 #pragma once
 
-#include <functional>
-
 #include "clear_prover.hpp"
 #include "scenes_along.hpp"
+#include "work.hpp"
 #include "curve.hpp"
 #include "../limits/feasible.hpp"
 #include "../numbers/interval.hpp"
@@ -68,7 +67,7 @@ struct AlsoKept {
     ScenesAlong scenes = {};          // the curve must be collision-free
     const ArcSet* allowed = nullptr;  // psi must stay in one of these arcs
     bool touching = false;            // a requested end may touch an obstacle, but only by rounding
-    const std::function<void()>* checkpoint = nullptr;  // called between pieces of the proof
+    Work* work = nullptr;             // that the proof may take
 };
 
 /// Unproven stretches of s, and the places where a limit is violated or a collision occurs.
@@ -427,17 +426,18 @@ public:
     /// Proves all stretches; returns what remains unproven and the violations found. Can be called once.
     Proof run() {
         const bool possible = claim_.possible();
-        const Stretch* before = nullptr;
+        const Stretch* last = nullptr;
         for (const Stretch& x : curve_.stretches) {
-            if (kept_.checkpoint && *kept_.checkpoint) (*kept_.checkpoint)();
+            const long long before = budget_;
             const Segment& g = curve_.segment(x);
             const bool within =
                 x.start >= g.start - CurveProofTuning::join && x.end <= g.end + CurveProofTuning::join;
-            const bool joined = !before || largest_move(before->q_end, x.q) <= CurveProofTuning::gap;
-            before = &x;
+            const bool joined = !last || largest_move(last->q_end, x.q) <= CurveProofTuning::gap;
+            last = &x;
             if (!joined) proof_.violated.push_back(x.start);
             const bool limited = possible && within && joined && prove(x, x.start, x.end, 0);
             const bool clear = keeps_clear(x);
+            if (kept_.work) kept_.work->take(WorkTuning::cell * (1 + before - budget_));
             if (limited && clear) continue;
             leave(x.start, x.end);
             if (limited) continue;
@@ -456,7 +456,11 @@ private:
             const double from = k == 0 ? x.start : max(x.start, kept_.scenes.begin(k)),
                          to = k + 1 == count ? x.end : min(x.end, kept_.scenes.begin(k + 1));
             if (from > to || (from == to && x.start < x.end)) continue;
-            if (!clear_[static_cast<std::size_t>(k)].prove(x, from, to, proof_.violated)) return false;
+            ClearProver& prover = clear_[static_cast<std::size_t>(k)];
+            const bool clear = prover.prove(x, from, to, proof_.violated);
+            if (kept_.work)
+                kept_.work->take((WorkTuning::cell + work_of_pairs(kept_.scenes, from)) * prover.looks());
+            if (!clear) return false;
         }
         return true;
     }

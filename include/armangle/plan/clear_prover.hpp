@@ -297,6 +297,7 @@ public:
             return false;
         }
         budget_ += ClearProofTuning::evaluations;
+        begun_ = budget_;
         stretch_ = &x;
         violated_ = &violated;
         const double h = to - from;
@@ -309,6 +310,9 @@ public:
         measure(to, near, [](WatchedPair& pair, double F) { pair.F_b = F; });
         return stands(from, to, near, 0);
     }
+
+    /// How often the last proof enclosed the motion of the shapes.
+    long long looks() const noexcept { return begun_ - budget_; }
 
 private:
     /// The frames at s of the present stretch that the scene's shapes are fixed to; those of links 1, 2, 5
@@ -379,7 +383,7 @@ private:
     PlacedScene here_;
     const Stretch* stretch_ = nullptr;
     std::vector<double>* violated_ = nullptr;
-    long long budget_;
+    long long budget_, begun_ = 0;
     bool touches_ = false;
 };
 

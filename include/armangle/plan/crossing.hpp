@@ -47,6 +47,7 @@ struct CrossingTuning {
                             floor = 1e-3;      // cost of a distance d from a limit: (reference / d)^2
     static constexpr double longest = 0.0055;  // of s from section to section
     static constexpr std::size_t most_sections = 4000;
+    static constexpr long long share = 4;            // of the work left: the links that one search is to try
     static constexpr long long least_postures = 50;  // continuing configurations of a section, in any case
     static constexpr double shut_step = 5e-3;  // of s: from an end with both hinges at 0 to the next section
     static constexpr double beside[] = {
@@ -90,11 +91,10 @@ public:
     }
 
     /// Returns the stretches of a path and writes the branch in which it begins to `gc`; empty, with `gc`
-    /// unchanged, if it finds none. Subtracts the links that it tried from `links`, and gives up when none
-    /// remain.
-    std::vector<Stretch> run(int& gc, long long& links) {
+    /// unchanged, if it finds none, also if the work of the task is spent.
+    std::vector<Stretch> run(int& gc) {
         find_wished();
-        if (!search(links)) return {};
+        if (!search()) return {};
         if (asked_.locked) {
             gc = rows_.front().gc;
             return stand_still();
@@ -190,6 +190,7 @@ private:
             ArcSet any;
             make_full(any);
             Tag blocking = 0;
+            task_.take(task_.section_work(asked_.sections[k]));
             task_.keep_open(asked_.sections[k], m, any, *left, blocking);
         }
         return contains(*left, phi);
@@ -250,9 +251,9 @@ private:
     }
 
     /// Searches the path of least cost from section to section, if the task is partial as far as possible,
-    /// and stores its rows; false if there is none. Subtracts the links that it tried from `links`, and fails
-    /// when these are used up.
-    bool search(long long& links) {
+    /// and stores its rows; false if there is none, or the work of the task is spent.
+    bool search() {
+        long long links = task_.work->left() / CrossingTuning::share;
         const Objective plain;
         std::size_t n = asked_.sections.size();
         std::vector<std::vector<Node>> layers(n);
@@ -290,6 +291,7 @@ private:
                             fill_by_lead(k, l, gc, h, window, candidates[b], here);
                     }
                 }
+                task_.take(WorkTuning::posture * static_cast<long long>(here.groups.size()));
                 const std::size_t at = layers[k].size();
                 for (Windings& w : here.groups) {
                     w.first += static_cast<std::uint32_t>(at);
@@ -318,13 +320,13 @@ private:
                 if (k == 0) {
                     x.cost = 0;
                 } else {
-                    links -= static_cast<long long>(before.size());
-                    if (links < 0) return false;
-                    task_.pass_checkpoint();
+                    links = std::max(0LL, links - static_cast<long long>(before.size()));
+                    task_.take(2 * static_cast<long long>(eights.size()));
                     const double ds = s - asked_.sections[k - 1];
                     for (const EightBlocks& eight : eights) link(x, branch[k][i], eight, layers[k - 1], ds);
                 }
             }
+            if (task_.work->spent()) return false;
             keep_cheapest(layers[k], links / (2 * static_cast<long long>(n - k)));
             for (const Node& x : layers[k]) {
                 if (!(x.cost < infinity)) continue;
@@ -570,6 +572,7 @@ private:
         double now = energy(), damping = CrossingTuning::damping, mark = now;
         int idle = 0;
         for (int round = 0; round < CrossingTuning::rounds && damping < 1e6; ++round) {
+            task_.take(WorkTuning::cell * static_cast<long long>(n));
             find_slopes();
             for (std::size_t k = 0; k < n; ++k) {
                 gradient[k] = diagonal[k] = off[k] = 0;

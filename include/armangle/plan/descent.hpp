@@ -165,7 +165,9 @@ inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>
                 p.theta_4 = theta_4.value();
                 p.theta_4_rate = theta_4.coefficient[1];
                 p.wished = task.wished_phi(gc, p.s);
-                if (task.encumbered()) detail::leave_open(task, gc, p, out.open);
+                if (!task.encumbered()) continue;
+                task.take(task.section_work(p.s));
+                detail::leave_open(task, gc, p, out.open);
             }
         }
     }
@@ -272,7 +274,7 @@ private:
     bool go_down(double done, long long& work) {
         double damping = 1e-3;
         for (int round = 0; round < DescentTuning::rounds && damping < 1e9 && work > 0; ++round) {
-            task_.pass_checkpoint();
+            task_.take(WorkTuning::posture * static_cast<long long>(quadrature_->points.size()));
             work -= static_cast<long long>(quadrature_->breaks.size());
             if (!solve(damping)) {
                 damping *= 10;

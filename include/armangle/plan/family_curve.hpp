@@ -190,7 +190,7 @@ Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const AlsoKept&
     const bool holds = also.allowed && !also.allowed->full;
     const int parts = std::max(also.scenes.count, 1);
     for (const Stretch& x : curve.stretches) {
-        if (also.checkpoint && *also.checkpoint) (*also.checkpoint)();
+        if (also.work) also.work->take(0);
         if (!permits(x)) {
             left(x, x.start, x.end, true);
             continue;

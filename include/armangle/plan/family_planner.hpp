@@ -8,6 +8,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <vector>
 
 #include "branch_search.hpp"
@@ -34,16 +35,17 @@ public:
     /// Keeps the path of n segments and computes the redundant parameter and branch of given start and goal
     /// joints.
     FamilyPlanner(const F& family, const Segment* segments, std::size_t n, const PlanOptions& options,
-                  const FamilyTuning& tuning)
+                  Work& work, const FamilyTuning& tuning)
         : family_(family),
           path_(segments, n),
           options_(options),
+          work_(work),
           tuning_(tuning),
           limits_(drawn_in(family.rows().limits, options.limit_margin)),
           spread_(path_, family.rows().reach, tuning),
           objective_(with_slowness(options.objective, options.bounds, spread_.length)),
           search_(
-              family, limits_, objective_, spread_.length, options.checkpoint,
+              family, limits_, objective_, spread_.length, work, false,
               [this](double s, int gc) {
                   Section all[configurations];
                   look(s, 1u << gc, all);
@@ -61,7 +63,7 @@ public:
         std::stable_sort(branches_.begin(), branches_.end(),
                          [](const Branch& a, const Branch& b) { return before(a.report, b.report); });
         for (Branch& branch : branches_) {
-            if (plan_.ok && plan_.proof.certified()) break;
+            if (plan_.ok && (plan_.proof.certified() || work_.spent())) break;
             if (branch.report.verdict != Verdict::ok) continue;
             draw(branch);
         }
@@ -89,9 +91,9 @@ private:
         return a.elsewhere != b.elsewhere ? b.elsewhere : a.reached > b.reached;
     }
 
-    /// Calls the caller's checkpoint, if any, which may throw to stop the computation.
-    void pass_checkpoint() const {
-        if (options_.checkpoint) options_.checkpoint();
+    /// The work of a section or a cell that takes this much with a closed form, with that of the scenes at s.
+    long long work_of(long long closed_form, double s) const noexcept {
+        return (explicit_family<F> ? 1 : WorkTuning::chain) * closed_form + work_of_pairs(options_.scenes, s);
     }
     /// The pose at s.
     Pose<double> pose(double s) const noexcept {
@@ -121,7 +123,6 @@ private:
 
     /// Computes the sections at s of the branches in `asked` (bits).
     void look(double s, unsigned asked, Section (&out)[configurations]) const {
-        pass_checkpoint();
         const Pose<double> at = pose(s);
         find_arcs(s, at, limits_, asked, out);
         for (int gc = 0; gc < configurations; ++gc)
@@ -132,6 +133,7 @@ private:
     void find_arcs(double s, const Pose<double>& at, const Limits& limits, unsigned asked,
                    Section (&out)[configurations]) const {
         ProvenArcs found[configurations];
+        work_.take(std::popcount(asked) * work_of(WorkTuning::section, s));
         family_.arcs(at, limits, asked, found);
         for (int gc = 0; gc < configurations; ++gc) {
             if (!(asked >> gc & 1u)) continue;
@@ -190,8 +192,6 @@ private:
     /// permitted branches that contain the given ends.
     void survey() {
         std::vector<double> base = spread_.s;
-        most_sections_ = base.size() * static_cast<std::size_t>(tuning_.rounds);
-        most_looks_ = static_cast<int>(most_sections_) * tuning_.proof.looks;
         for (int k = 1; k < options_.scenes.count; ++k) base.push_back(options_.scenes.begin(k));
         if (options_.scenes.count > 1) tidy(base);
         unsigned asked = options_.branches;
@@ -340,24 +340,28 @@ private:
         return out;
     }
 
-    /// Proves a curve of a branch, and reduces `looks` by the cells that this takes. Where the user permits
-    /// arcs by the pose, nothing is known between the ends of its stretches.
-    Proof proven(int gc, const std::vector<Stretch>& stretches, int& looks) const {
+    /// Proves a curve of a branch as far as the work allows. Where the user permits arcs by the pose, nothing
+    /// is known between the ends of its stretches.
+    Proof proven(int gc, const std::vector<Stretch>& stretches) const {
+        const long long cell = work_of(WorkTuning::cell, 0.0);
+        const int most = static_cast<int>(work_.left_to_prove() / cell);
+        int looks = most;
         const bool asks = options_.allowed && !options_.allowed_everywhere;
-        return certify(FamilyCurve<F>{family_, gc, path_, stretches}, limits_,
-                       {options_.scenes, options_.allowed_everywhere, false, &options_.checkpoint},
-                       tuning_.proof, looks, [&](const Stretch& x) {
-                           return !asks || (find(permitted(x.start), phi_at(x, x.start)).index >= 0 &&
-                                            find(permitted(x.end), phi_at(x, x.end)).index >= 0);
-                       });
+        Proof out = certify(FamilyCurve<F>{family_, gc, path_, stretches}, limits_,
+                            {options_.scenes, options_.allowed_everywhere, false, &work_}, tuning_.proof,
+                            looks, [&](const Stretch& x) {
+                                return !asks || (find(permitted(x.start), phi_at(x, x.start)).index >= 0 &&
+                                                 find(permitted(x.end), phi_at(x, x.end)).index >= 0);
+                            });
+        work_.take((most - looks) * cell);
+        return out;
     }
 
-    /// Draws the curve of a branch and proves it, with more sections where the proof fails, as long as that
-    /// takes no more cells than a branch may have. A curve without a known violation becomes the plan if less
-    /// of it is open; if there is none, the report says why.
+    /// Draws the curve of a branch and proves it, with more sections where the proof fails, as long as work
+    /// is left. A curve without a known violation becomes the plan if less of it is open; if there is none,
+    /// the report says why.
     void draw(Branch& branch) {
         BranchReport& report = branch.report;
-        int looks = most_looks_;
         Branch finer = branch;
         Proof all;
         all.open = {0.0, 1.0};
@@ -367,8 +371,8 @@ private:
         std::vector<Stretch> stretches;
         for (int round = 0; round <= tuning_.rounds; ++round) {
             stretches = curve_of(finer);
-            proof = proven(report.gc, stretches, looks);
-            const bool kept = proof.certified() || (proof.violated.empty() && looks > 0);
+            proof = proven(report.gc, stretches);
+            const bool kept = proof.certified() || (proof.violated.empty() && !work_.spent());
             held = held || kept;
             if (kept && (!plan_.ok || proof.open.size() < plan_.proof.open.size())) {
                 plan_.ok = true;
@@ -377,9 +381,7 @@ private:
                 plan_.proof = proof;
                 take_margins(finer, report);
             }
-            if (proof.certified() || looks == 0 || finer.sections.size() > most_sections_ ||
-                !search_.refine(finer, proof))
-                break;
+            if (proof.certified() || work_.spent() || !search_.refine(finer, proof)) break;
             if (held) continue;
             if (is_shut(finer) || search_.search(finer) < finer.sections.size())
                 break;  // another way about that place
@@ -423,8 +425,7 @@ private:
             if (branch.way.size() < 2) continue;
             search_.lift_way(branch);
             plan_.stretches = curve_of(branch);
-            int looks = most_looks_;
-            const Proof proof = proven(branch.report.gc, plan_.stretches, looks);
+            const Proof proof = proven(branch.report.gc, plan_.stretches);
             const double end = proof.certified() ? 1.0 : proof.open.front();
             while (!plan_.stretches.empty() && plan_.stretches.back().end > end) plan_.stretches.pop_back();
             plan_.gc = branch.report.gc;
@@ -452,7 +453,6 @@ private:
             if (x.arcs.empty() && x.s >= report.from && x.s <= report.to) shut.push_back(&x);
         const auto opens = [&](const Section& x, const Limits& limits) {
             Section all[configurations];
-            pass_checkpoint();
             find_arcs(x.s, x.pose, limits, 1u << report.gc, all);
             return !all[report.gc].arcs.empty();
         };
@@ -488,7 +488,7 @@ private:
         if (!(abs(upper ? limits_.upper[j] : limits_.lower[j]) < infinity) || !wider(two_pi)) return infinity;
         if (known > 0 && wider(known)) return known;
         double low = known, high = two_pi;
-        for (int i = 0; i < tuning_.halvings; ++i) {
+        for (int i = 0; i < tuning_.halvings && !work_.spent(); ++i) {
             const double middle = 0.5 * (low + high);
             (wider(middle) ? high : low) = middle;
         }
@@ -498,12 +498,11 @@ private:
     const F family_;
     const std::span<const Segment> path_;
     const PlanOptions& options_;
+    Work& work_;
     const FamilyTuning& tuning_;
     const Limits limits_;
     const SpreadOver spread_;
-    std::size_t most_sections_ = 0;  // of a branch; with more it is given up
-    int most_looks_ = 0;             // at cells that the proofs of a branch may take
-    const Objective objective_;      // with the slowness of the joints
+    const Objective objective_;  // with the slowness of the joints
     const BranchSearch<F> search_;
     End ends_[2];
     std::vector<Branch> branches_;

@@ -11,6 +11,7 @@
 #include "objective.hpp"
 #include "scenes_along.hpp"
 #include "wish_along.hpp"
+#include "work.hpp"
 
 #include "../names/begin.hpp"
 
@@ -31,6 +32,7 @@ struct PlanOptions {
     JointBounds bounds = {};                                  // if the objective weighs duration
     double held_q_7 = 0;                    // fixed joint 7 of an arm with free roll (with_free_roll)
     int threads = 0;                        // threads for branches; 0: one for each core
+    long long work = WorkTuning::plan;      // of the plan; when it is spent, the best path so far is returned
     std::function<void()> checkpoint = {};  // every thread calls it between pieces of work; may throw to stop
     std::function<void()> advanced = {};    // any thread calls it: a branch is surveyed, the choice is proven
 };

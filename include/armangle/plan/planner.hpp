@@ -35,9 +35,8 @@ namespace armangle {
 struct PlanTuning {
     static constexpr int rounds = 4;            // of new sections where the proof found a violation
     static constexpr int crossing_rounds = 10;  // the same for a path through several branches
-    /// Links tried per section of a path through several branches, before its search is given up.
-    static constexpr long long links = 300000;
-    static constexpr long long least_sections = 250;  // a short path may try as many as this one
+    /// With fewer sections than this, a path through several branches uses those of the tubes too.
+    static constexpr std::size_t least_sections = 250;
     static constexpr double of_wish[] = {1, 0.1,
                                          0};  // weights of psi's target tried in a path through branches
     static constexpr double tie = 1e-6;       // margins closer than this are equal (rad)
@@ -67,10 +66,9 @@ public:
     /// Computes the sections of a path of n segments, with rows at the given s, the limits with their
     /// margins, and the zero of phi along it.
     Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
-            const PlanOptions& options)
+            const PlanOptions& options, Work& work)
         : options_(with_held_roll(arm, options)),
           base_(base_parameters(segments, n, rows, row_count)),
-          links_(allowance()),
           task_{arm, drawn_in(arm.limits, options.limit_margin), {}, segments, n, {}} {
         task_.table = limit_table(arm, task_.limits, options.singularity_margin);
         std::vector<Vec3<double>> wrists;
@@ -86,12 +84,12 @@ public:
         task_.scenes = options.scenes;
         task_.allowed = options.allowed;
         task_.allowed_everywhere = options.allowed_everywhere;
-        task_.checkpoint = options.checkpoint;
+        task_.work = &work;
         spread_ = SpreadOver({segments, n}, arm.reach, tuning_).s;
         for (int k = 1; k < task_.scenes.count; ++k) spread_.push_back(task_.scenes.begin(k));
         if (task_.scenes.count > 1) tidy(spread_);
         search_.emplace(
-            TaskFamily(task_), task_.limits, options_.objective, task_.length, task_.checkpoint,
+            TaskFamily(task_), task_.limits, options_.objective, task_.length, work, true,
             [this](double s, int gc) { return section(solve_section(task_, gc, s)); }, nullptr, tuning_);
         touching_ = touches();
     }
@@ -142,7 +140,7 @@ private:
     /// Proves a curve.
     Proof proven(const Curve& drawn) const {
         return certify(drawn, task_.limits, options_.singularity_margin,
-                       {task_.scenes, task_.allowed_everywhere, touching_, &task_.checkpoint});
+                       {task_.scenes, task_.allowed_everywhere, touching_, task_.work});
     }
 
     /// Whether the start or the goal has no more than the required clearance, up to rounding. Joints from the
@@ -209,7 +207,7 @@ private:
         };
         const bool of_user = options_.allowed && !options_.allowed_everywhere;  // one thread calls the user's
                                                                                 // function
-        in_turn(asked.size(), of_user ? 1 : options_.threads, look, [this] { task_.pass_checkpoint(); });
+        in_turn(asked.size(), of_user ? 1 : options_.threads, look, [this] { task_.take(0); });
         for (const int gc : asked) {
             const Surveyed& one = surveyed_[gc];
             plan_.start_gap = max(plan_.start_gap, one.ends.start.gap);  // 0 except in its own branch
@@ -295,11 +293,6 @@ private:
         out.elbow_margin = cost_.least_elbow_margin(branch);
     }
 
-    /// The number of links that may be tried.
-    long long allowance() const noexcept {
-        return PlanTuning::links * std::max(static_cast<long long>(base_.size()), PlanTuning::least_sections);
-    }
-
     /// Chooses the best branch with a proven curve; else the first without a violation; else a partial path.
     void choose() {
         Plan first;
@@ -308,6 +301,7 @@ private:
         for (BranchReport& report : plan_.branches) {
             // if no descent found a cost it is infinite, which does not exclude a path
             if (report.verdict != Verdict::ok || (proven && !(report.cost < least))) break;
+            if (any && task_.work->spent()) break;
             Plan now;
             if (!realise(report, now)) continue;
             const bool certified = now.proof.certified();
@@ -388,7 +382,7 @@ private:
             take(found);
             return;
         }
-        if (!plan_.ok && links_ < 0) give_up_crossing();
+        if (!plan_.ok && task_.work->spent()) give_up_crossing();
         if (!plan_.ok && tried.start.given) cross_partly(tried);
     }
 
@@ -397,7 +391,6 @@ private:
     void cross_partly(CrossingTask& asked) {
         asked.goal = {};
         asked.partial = true;
-        links_ = allowance();
         Plan found;
         double end = 0;
         for (int round = 0; round < PlanTuning::rounds; ++round) {
@@ -486,7 +479,7 @@ private:
     /// The curve need not be proven.
     bool draw_crossing_once(const CrossingTask& asked, Plan& out) {
         Crossing crossing(task_, asked);
-        out.stretches = crossing.run(out.gc, links_);
+        out.stretches = crossing.run(out.gc);
         if (out.stretches.empty()) return false;
         const double* q = crossing.first();
         const Chain first = chain(task_.arm, q);
@@ -609,11 +602,12 @@ private:
                 return true;
             }
             if (out.proof.violated.empty()) return true;
-            if (!search_->refine(branch, out.proof)) break;
+            if (task_.work->spent() || !search_->refine(branch, out.proof)) break;
             if (search_->search(branch) < branch.sections.size()) break;  // another way about that place
             search_->settle(branch);
         }
         report.verdict = Verdict::unresolved;
+        report.given_up = task_.work->spent();
         report.status = task_.scenes ? Status::CLEARANCE : Status::LIMITS;
         if (!out.proof.open.empty()) {
             report.from = out.proof.open.front();
@@ -712,7 +706,6 @@ private:
     const FamilyTuning tuning_ = search_tuning();
     Surveyed surveyed_[configurations];
     std::vector<double> base_;
-    long long links_;             // that may still be tried
     std::vector<double> spread_;  // the first sections of the tubes
     Task task_;
     PlanEnds ends_{task_};
@@ -732,7 +725,7 @@ namespace detail {
 /// one without weight if none is proven. The weighed measure (pace) ignores accelerations, so alone it may
 /// cost time, and even joint motion is often faster. curve_of(plan): its curve.
 template <class Planned, class CurveOf>
-Plan fastest(const PlanOptions& options, const Planned& planned, const CurveOf& curve_of) {
+Plan fastest(const PlanOptions& options, const Work& work, const Planned& planned, const CurveOf& curve_of) {
     PlanOptions asked = options;
     const auto takes = [&](const Plan& x) {
         return x.ok && x.proof.certified() ? duration(curve_of(x), options.bounds) : infinity;
@@ -744,6 +737,7 @@ Plan fastest(const PlanOptions& options, const Planned& planned, const CurveOf& 
     asked.objective.duration = weight;
     double least = takes(best);
     for (const double calm : PlanTuning::calm) {
+        if (work.spent()) break;
         asked.objective.travel = max(options.objective.travel, calm * weight);
         Plan now = planned(asked);
         const double time = takes(now);
@@ -756,15 +750,25 @@ Plan fastest(const PlanOptions& options, const Planned& planned, const CurveOf& 
 
 }  // namespace detail
 
+namespace detail {
+
+/// Plans as plan(), with what is left of some work.
+inline Plan plan_within(Work& work, const Arm& arm, const Segment* segments, std::size_t n,
+                        const double* rows, std::size_t row_count, const PlanOptions& options) {
+    const auto planned = [&](const PlanOptions& asked) {
+        return Planner(arm, segments, n, rows, row_count, asked, work).run();
+    };
+    return fastest(options, work, planned,
+                   [&](const Plan& x) { return Curve{arm, x.plane, x.gc, {segments, n}, x.stretches}; });
+}
+
+}  // namespace detail
+
 /// Plans the path of n segments, from s = 0 to 1. rows: parameters that must be sections.
 inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
                  std::size_t row_count, const PlanOptions& options) {
-    const auto planned = [&](const PlanOptions& asked) {
-        return detail::Planner(arm, segments, n, rows, row_count, asked).run();
-    };
-    return detail::fastest(options, planned, [&](const Plan& x) {
-        return Curve{arm, x.plane, x.gc, {segments, n}, x.stretches};
-    });
+    Work work(options.checkpoint, options.work);
+    return detail::plan_within(work, arm, segments, n, rows, row_count, options);
 }
 
 }  // namespace armangle

@@ -18,6 +18,7 @@
 #include "scenes_along.hpp"
 #include "path.hpp"
 #include "wish_along.hpp"
+#include "work.hpp"
 #include "../circle/smooth_plane.hpp"
 
 #include "../names/begin.hpp"
@@ -81,11 +82,15 @@ struct Task {
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs given by the user; empty: all psi
     const ArcSet* allowed_everywhere = nullptr;               // if they are the same for every s
     double held_theta_7 = 0;                                  // fixed joint 7 of an arm with free roll
-    std::function<void()> checkpoint = {};  // called between pieces of work; an exception ends the plan
+    Work* work = nullptr;                                     // that the plan may do
 
-    /// Lets the caller stop the computation.
-    void pass_checkpoint() const {
-        if (checkpoint) checkpoint();
+    /// Counts a piece of work, which lets the caller stop the computation.
+    void take(long long piece) const {
+        if (work) work->take(piece);
+    }
+    /// The work of a section at s.
+    long long section_work(double s) const noexcept {
+        return WorkTuning::section + detail::work_of_pairs(scenes, s);
     }
 
     /// The factor margin_scale() for the path of this task.
@@ -234,7 +239,7 @@ struct SolvedSection {
 
 /// Computes the section of a branch at s: its arcs, or the reason for none.
 inline SolvedSection solve_section(const Task& task, int gc, double s) {
-    task.pass_checkpoint();
+    task.take(task.section_work(s));
     SolvedSection out;
     Section& x = out.section;
     x.s = s;
