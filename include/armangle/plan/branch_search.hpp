@@ -61,7 +61,7 @@ struct SearchedBranch {
     double cost = infinity;
     BranchEnd ends[2];
     unsigned counted = 0;  // bit j: the search tells the revolutions of joint j apart
-    bool stalled = false;  // the search found no continuation: its grid is now finer where joints turn fast
+    bool stalled = false;  // the search found no continuation: it tries more values of the free number
     bool spent = false;    // it stopped with as many sections as a branch may have
 };
 
@@ -654,10 +654,15 @@ private:
             node = {x.free, {}, x.cost, infinity, -1, arc};
             std::copy(x.q, x.q + joints, node.q);
         };
-        const auto add = [&](double free, int arc) {
-            State x;
-            if (!state<double>(place, section.wished, free, nullptr, x) ||
-                !within_limits(limits_, x.q, tolerance::angle) || touches(section, free, x.q))
+        const auto look = [&](double free) {
+            State x{};
+            if (!state<double>(place, section.wished, free, nullptr, x)) x.cost = not_a_number;
+            x.free = free;
+            return x;
+        };
+        const auto add = [&](const State& x, int arc) {
+            if (is_nan(x.cost) || !within_limits(limits_, x.q, tolerance::angle) ||
+                touches(section, x.free, x.q))
                 return;
             const std::size_t first = out.size();
             put(x, arc);
@@ -690,40 +695,45 @@ private:
                 if (x > low) free.push_back(x);
             if (high > low) free.push_back(high);
             if (branch.stalled) {
-                free.insert(free.begin(), arc.lower);
-                free.push_back(arc.upper);
-                divide(branch, place, section.wished, free);
+                free.insert(free.end(), {arc.lower, arc.upper});
+                for (const End& end : branch.ends) {  // where branches meet only theirs may have a solution
+                    const double near = nearest(section.arcs, wrap(end.lambda));
+                    if (end.q && arc_at(section, near) == i)
+                        free.push_back(lift(near, 0.5 * (arc.lower + arc.upper)));
+                }
+                std::sort(free.begin(), free.end());
             }
-            for (const double x : free) add(x, i);
+            std::vector<State> tried;
+            for (const double x : free) tried.push_back(look(x));
+            if (branch.stalled) divide(branch, look, tried);
+            for (const State& x : tried) add(x, i);
         }
         return out;
     }
 
-    /// Adds values between those of an arc, in ascending order, where a joint turns by more than half of what
-    /// it may from section to section: next to singularities joints turn faster than the grid is fine, and a
-    /// joint whose revolutions are told apart changes its revolution at a limit.
-    template <class Place>
-    void divide(const Branch& branch, const Place& place, double wished, std::vector<double>& free) const {
-        const auto turns = [&](double a, double b) {
-            State x, y;
+    /// Adds configurations between those of an arc, which ascend in their redundant parameter and have a NaN
+    /// cost if there is no solution, where a joint turns by more than half of what it may from section to
+    /// section: next to singularities joints turn faster than the grid is fine, and a joint whose revolutions
+    /// are told apart changes its revolution at a limit. look(free) computes one.
+    template <class LookAt>
+    void divide(const Branch& branch, const LookAt& look, std::vector<State>& tried) const {
+        const auto turn = [&](const State& x, const State& y) {
             double most = 0;
-            if (!state<double>(place, wished, a, nullptr, x) || !state<double>(place, wished, b, nullptr, y))
-                return most;
-            for (int j = 0; j < joints; ++j) {
+            for (int j = 0; j < joints && !is_nan(x.cost) && !is_nan(y.cost); ++j) {
                 const double move = y.q[j] - x.q[j];
                 most = max(most, abs(branch.counted >> j & 1u ? move : wrap(move)));
             }
             return most;
         };
-        std::vector<double> ahead(free.rbegin(), free.rend());
-        for (free.clear(); !ahead.empty();) {
-            const double to = ahead.back();
-            if (!free.empty() && to - free.back() > tolerance::angle &&
-                turns(free.back(), to) > 0.5 * tuning_.link) {
-                ahead.push_back(0.5 * (free.back() + to));
+        std::vector<State> ahead(tried.rbegin(), tried.rend());
+        for (tried.clear(); !ahead.empty();) {
+            const State to = ahead.back();
+            if (!tried.empty() && to.free - tried.back().free > tolerance::angle &&
+                turn(tried.back(), to) > 0.5 * tuning_.link) {
+                ahead.push_back(look(0.5 * (tried.back().free + to.free)));
                 continue;
             }
-            free.push_back(to);
+            tried.push_back(to);
             ahead.pop_back();
         }
     }
