@@ -26,7 +26,7 @@ def counts(name: str, *flags: str, compiler: str = QUICK) -> dict[str, float]:
     """
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / name
-        built = [*flags, "-std=c++20", "-march=native", "-ffp-contract=off", "-pthread"]
+        built = [*flags, "-std=c++20", "-ffp-contract=off", "-pthread"]
         source = SOURCES / f"{name}.cpp"
         with_it = need_tool(os.environ.get("CXX", compiler))
         subprocess.run([with_it, *built, f"-I{ROOT / 'include'}", source, "-o", program], check=True)
