@@ -67,3 +67,23 @@ def test_circles_off_the_singular_are_proven_all_round(name: str, size: float) -
             assert lost == 0.0
             off += 1
     assert off > 0.3 * len(poses)
+
+
+@pytest.mark.parametrize("name", ["kinova_movo", "kuka_iiwa7_r800"])
+def test_narrow_limits_about_a_joint_keep_its_arm_angle(name: str) -> None:
+    """Limits of 0.01 rad about a joint leave its arm angle, or count it as unproven, also of an elbow with a
+    gap d_4; within each interval `inverse` keeps them.
+    """
+    arm, rng, kept, asked = calibrated(name, 1.0, 1.0), generator(86), 0, count(140)
+    for k in range(asked):
+        q, joint = rng.uniform(-2.5, 2.5, 7), k % 7
+        lower, upper = np.full((2, 7), [[-np.inf], [np.inf]])
+        lower[joint], upper[joint] = q[joint] - 0.01, q[joint] + 0.01
+        narrow = arm.with_(lower=lower, upper=upper)
+        pose, psi, gc = narrow.forward(q)
+        arcs = narrow.feasible(pose, gc)
+        assert psi in arcs or arcs.unproven > 0
+        kept += psi in arcs
+        middles = arcs.intervals.mean(axis=1)
+        assert np.isfinite(narrow.inverse(pose, middles, gc, on_error="nan")).all()
+    assert kept > 0.8 * asked

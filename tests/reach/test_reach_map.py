@@ -118,6 +118,14 @@ def test_every_posture_of_an_arm_with_an_offset_is_within_its_map(name: str, tmp
         assert arm.reachable(turned).mean() == share > 0
 
 
+def test_nothing_is_unproven_of_an_arm_without_its_own_chain(tmp_path: Path) -> None:
+    """The field `unproven` of a nominal arm brings `gc`, and counts nothing."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    found = aa.reach_map(arm, tmp_path / "a.zarr", spacing=0.6, tilt=1.5, fields="unproven")
+    assert found.fields == ("gc", "unproven")
+    assert found.unproven == 0 and not found.section("unproven").any()
+
+
 def test_cells_of_random_arms_with_base_tool_signs_offsets(tmp_path: Path) -> None:
     """Cells of maps of random arms hold the closed form at their middles."""
     rng = draw.generator(16, 21)

@@ -67,7 +67,7 @@ struct PsiPlane {
         if (arm.d_4 == 0) return z;
         const T distance = norm(p), tilt = arm.d_4 / distance;  // z_3 leans by it along w
         const T a = tilt / norm(in_plane), b = sqrt(max(T(1.0) - a * a, T(0.0)));
-        const Vec3<T> z_3 = combine(along, a, z, b);
+        const Vec3<T> z_3 = combine(upright, a, z, b);
         return (z_3 - w * tilt) * (T(1.0) / sqrt(max(T(1.0) - tilt * tilt, T(tolerance::vanishing))));
     }
 };

@@ -410,8 +410,8 @@ def reach_map(
     tilt : float
         Angle between directions of axis 7, rad, 0.1° to 90°; slightly less if it does not divide π.
     fields : of "gc", "freedom", "yaw", "roll", "proven", "unproven"
-        Fields of each cell: see `ReachMap`. ``unproven`` is 0 unless the arm has its own chain, whose map
-        always has it and ``gc``. ``proven`` takes ten to a hundred times as long, and decides many
+        Fields of each cell: see `ReachMap`. ``unproven`` brings ``gc``, and is 0 unless the arm has its own
+        chain, whose map always has both. ``proven`` takes ten to a hundred times as long, and decides many
         cells only if they are small: 10 mm and 1°.
     part : (int, int), optional
         ``(i, n)``, 1 <= i <= n: the i-th of n shares alone, for task i of a batch system's array.
@@ -449,7 +449,7 @@ def reach_map(
     gap = as_number("spacing", spacing, _LEAST_SPACING, arm.geometry.reach)
     angle = as_number("tilt", tilt, _LEAST_ANGLE, _MOST_ANGLE)
     own = arm.geometry.chain is not None
-    names = _names(fields, always=("gc", "unproven") if own else ())
+    names = _names(fields, own)
     if own and "proven" in names:
         lacks = unsupported_offset_chain if isinstance(arm, OffsetArm) else unsupported
         raise lacks("reach_map(fields='proven')")
@@ -469,9 +469,9 @@ def _checked_field(name: str, known: tuple[str, ...]) -> str:
     return name
 
 
-def _names(fields: Iterable[str], always: tuple[str, ...]) -> tuple[str, ...]:
-    """Return names of fields in the order of a store, with those that are always there; raise for unknown
-    ones.
+def _names(fields: Iterable[str], own: bool) -> tuple[str, ...]:
+    """Return names of fields in the order of a store, with ``gc`` and ``unproven`` for an own chain, or if
+    the latter is asked for; raise for unknown ones.
     """
     given = [fields] if isinstance(fields, str) else fields
     try:
@@ -482,7 +482,9 @@ def _names(fields: Iterable[str], always: tuple[str, ...]) -> tuple[str, ...]:
     if strange or not wanted:
         what = repr(strange[0])[:50] if strange else "nothing"
         raise InputError(f"fields holds {what}, wanted some of {', '.join(FIELDS)}")
-    return tuple(name for name in FIELDS if name in wanted or name in always)
+    if own or "unproven" in wanted:
+        wanted |= {"gc", "unproven"}
+    return tuple(name for name in FIELDS if name in wanted)
 
 
 def _checked_run(
