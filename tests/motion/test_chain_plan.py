@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.calibrated import ARMS, Array, calibrated, postures
-from support.draw import generator
+from support.draw import count, generator
 from support.laws import POSE, gap
 from support.moves import DENSE, limited, line, proven, slopes_hold
+from support.strategies import bends
 
 import armangle as aa
 
@@ -170,3 +171,21 @@ def test_without_deviation_the_plan_is_the_exact_one() -> None:
             assert gap(a.q, b.q) <= 1e-10 and gap(a.at(DENSE).q, b.at(DENSE).q) <= 1e-10
             expected = a.derivatives(DENSE)
             assert gap(expected, b.derivatives(DENSE)) <= 1e-6 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("name", ["openarm_v10 1.0 mm", "yaskawa_sia5d 1.0 mm"])
+def test_all_rows_of_a_plan_from_beside_the_margin_keep_it(name: str) -> None:
+    """Plans that begin or end just outside the singularity margin keep it in all rows, certified or not."""
+    arm, rng, solved = ARMS[name].with_(singularity_margin=0.3), generator(87), 0
+    for k in range(count(24)):
+        q, joint = rng.uniform(arm.lower, arm.upper), (1, 3, 5)[k % 3]
+        bend = bends(arm, q)[joint // 2]
+        q[joint] += arm.geometry.signs[joint] * (np.copysign(0.3 + 10.0 ** rng.uniform(-5, -1), bend) - bend)
+        ends = np.array([q, np.clip(q + rng.normal(size=7) * 0.1, arm.lower, arm.upper)])
+        if not arm.within_limits(q) or np.abs(np.sin(bends(arm, q))).min() < np.sin(0.3):
+            continue
+        path = aa.plan(arm, aa.Line(*arm.forward(ends)[0]), start=q)
+        if path.ok:
+            solved += 1
+            assert np.abs(np.sin(bends(arm, path.q))).min() > np.sin(0.3) - 1e-8
+    assert solved > 2

@@ -47,6 +47,7 @@ public:
           ends_(ends),
           limits_(limits),
           also_(also),
+          margin_(margin),
           sine_(sin_cos(Interval(max(margin, CurveProofTuning::least_margin))).sin.hi) {
         if (scene) move_.emplace(curve.arm, *scene);
         budget_ = static_cast<long long>(curve.curve.stretches.size() + 8) * ChainCertifyTuning::pieces;
@@ -75,6 +76,9 @@ public:
     /// The largest lack of clearance (m) found at sampled places; 0 if there is none.
     double short_of() const noexcept { return short_; }
 
+    /// The largest lack of the singularity margin (rad) found at sampled places; 0 if there is none.
+    double too_singular() const noexcept { return singular_; }
+
 private:
     /// Whether the proof of the nominal arm holds all over a stretch.
     bool also_proven(const Stretch& x) const noexcept {
@@ -93,8 +97,20 @@ private:
         }
     }
 
-    /// Samples a stretch, and records how much limits and clearance are violated, or that no posture is found
-    /// or, unless the stretch is proven, that a joint jumps.
+    /// By how much joints q lack the singularity margin (rad); <= 0 if they keep it.
+    double singular_by(const double* q) const noexcept {
+        const Arm& nominal = curve_.arm.nominal;
+        double theta[joints], least = infinity;
+        theta_of(nominal, q, theta);
+        for (const int j : {1, 3, 5}) {
+            const double off = abs(wrap(theta[j] - (j == 3 ? nominal.delta_angle : 0.0)));
+            least = min(least, min(off, pi - off));
+        }
+        return margin_ - least;
+    }
+
+    /// Samples a stretch, and records how much limits, margin and clearance are violated, or that no posture
+    /// is found or, unless the stretch is proven, that a joint jumps.
     void look(const Stretch& x, bool proven) {
         PlacedPosture before{};
         for (int i = 0; i <= looks; ++i) {
@@ -105,6 +121,10 @@ private:
             if (room < -StraightMoveTuning::slack - CurveProofTuning::broken) {
                 short_ = max(short_, -room);
                 if (margin >= -CurveProofTuning::broken) proof_.violated.push_back(s);
+            }
+            if (margin_ > 0 && is_finite(here.q) && singular_by(here.q) > CurveProofTuning::broken) {
+                singular_ = max(singular_, singular_by(here.q));
+                proof_.violated.push_back(s);
             }
             const double step = (x.end - x.start) / looks;
             const bool leapt = !proven && i > 0 && is_finite(before.q) && is_finite(here.q) &&
@@ -235,12 +255,12 @@ private:
     const GivenEnds ends_;
     const Limits& limits_;
     const Proof& also_;
-    const double sine_;
+    const double margin_, sine_;
     Proof proof_;
     JointTube before_;
     bool known_ = false;
     long long budget_;
-    double excess_ = -infinity, short_ = 0;
+    double excess_ = -infinity, short_ = 0, singular_ = 0;
     std::optional<StraightMove<ChainArm>> move_;
 };
 
@@ -250,14 +270,16 @@ private:
 /// limits, singularity margin (rad) and the clearance of `scene` (null: none). `also` is the proof for the
 /// nominal arm. Returns the ranges of s that are not proven, and where limits or clearance are violated or
 /// the curve is another posture than the motion; `excess` is the largest violation of a limit found (rad; <=
-/// 0: none, infinite: no posture), `short_of` the largest lack of clearance (m). `work` may be null.
+/// 0: none, infinite: no posture), `short_of` the largest lack of clearance (m), `too_singular` that of the
+/// margin (rad). `work` may be null.
 inline Proof certify(const CorrectedCurve& curve, const GivenEnds& ends, const Limits& limits, double margin,
                      const Proof& also, const Scene* scene, double& excess, double& short_of,
-                     Work* work = nullptr) {
+                     double& too_singular, Work* work = nullptr) {
     detail::TubeProver prover(curve, ends, limits, margin, also, scene);
     Proof out = prover.run(work);
     excess = prover.excess();
     short_of = prover.short_of();
+    too_singular = prover.too_singular();
     return out;
 }
 

@@ -131,11 +131,11 @@ inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segm
             break;
         }
         const Curve drawn{arm.nominal, now.plane, now.gc, {segments, n}, now.stretches};
-        double excess = 0, short_of = 0;
+        double excess = 0, short_of = 0, too_singular = 0;
         now.shifts = lead_shifts(arm, drawn, ends[0].q, ends[1].q);
         const CorrectedCurve curve{arm, drawn, now.shifts};
-        now.proof =
-            certify(curve, {ends[0].q, ends[1].q}, limits, asked, now.proof, scene, excess, short_of, &work);
+        now.proof = certify(curve, {ends[0].q, ends[1].q}, limits, asked, now.proof, scene, excess, short_of,
+                            too_singular, &work);
         for (std::size_t i = 0; i < row_count; ++i) {
             if (is_finite(curve.at(rows[i]).q)) continue;
             now.proof.violated.push_back(rows[i]);
@@ -172,6 +172,10 @@ inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segm
         if (done) break;
         if (excess > 0)
             options.limit_margin += ChainPlanTuning::narrow_factor * excess + ChainPlanTuning::narrow_least;
+        if (too_singular > 0) {
+            const double more = ChainPlanTuning::narrow_factor * too_singular + ChainPlanTuning::narrow_least;
+            options.singularity_margin = min(options.singularity_margin + more, most_margin);
+        }
         if (short_of > 0)
             wide.clearance += ChainPlanTuning::narrow_factor * short_of + ChainPlanTuning::wider_least;
     }
