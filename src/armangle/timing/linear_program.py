@@ -101,5 +101,5 @@ def _silent(highspy: Any) -> Any:
     solver = Silent()
     solver.setOptionValue("output_flag", False)
     solver.setOptionValue("parallel", "off")
-    solver.setOptionValue("simplex_dual_edge_weight_strategy", 1)  # Devex, which takes a quarter less time
+    solver.setOptionValue("simplex_dual_edge_weight_strategy", 1)  # Devex
     return solver
