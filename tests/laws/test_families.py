@@ -321,6 +321,28 @@ def test_freedom_and_reachable_are_the_numbers_of_the_intervals(arm: aa.Arm) -> 
     assert (one.gc, one.arcs) == (has.gc[0], has.arcs[0]) and one.status == has.status[0]
 
 
+def stretched(arm: aa.Arm) -> float:
+    """Return the value of joint 4 (rad) at which the arm is stretched."""
+    return float(arm.geometry.signs[3] * (arm.geometry.delta - arm.geometry.offsets[3]))
+
+
+@of([arm for arm in CLOSED if arm.lower[3] <= stretched(arm) <= arm.upper[3]])
+def test_a_stretched_arm_is_reachable_where_its_joints_keep_limits_and_margin(arm: aa.Arm) -> None:
+    """At a stretched elbow, often of a single psi, limits and margin decide as anywhere."""
+    rng, beyond = np.random.default_rng(4), 0
+    for q in within(arm, rng, 24):
+        q[3] = stretched(arm)
+        pose, j = arm.forward(q, on_error="nan")[0], rng.choice([1, 4, 5])
+        narrow = [np.where(np.arange(7) == j, q + d, end) for d, end in [(-0.1, arm.lower), (0.1, arm.upper)]]
+        assert arm.with_(lower=narrow[0], upper=narrow[1]).solve(pose).ok
+        away = [np.where(np.arange(7) == j, q + d, end) for d, end in [(0.3, arm.lower), (0.6, arm.upper)]]
+        for other in (arm.with_(lower=away[0], upper=away[1]), arm.with_(singularity_margin=0.1)):
+            found = other.solve(pose)
+            assert bool(other.reachable(pose)) == found.ok == (other.freedom(pose).gc > 0)
+            beyond += not found.ok
+    assert beyond > 10
+
+
 def cost(metric: str, arm: aa.Arm, q: Any, seed: Any, weight: Any) -> Any:
     """Return what joints (..., 7) cost by a metric ("l2", "max" or "margin"); infinite if NaN or beyond
     limits.

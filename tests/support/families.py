@@ -20,7 +20,7 @@ MIRRORED = aa.Arm(
 EXACT = [aa.Arm.from_catalogue(name) for name in ("kuka_iiwa7_r800", "openarm_v10")]
 OFFSET = [aa.Arm.from_catalogue(name) for name in ("franka_fr3", "ufactory_xarm7", "willow_garage_pr2_right")]
 OFFSET.append(MIRRORED)
-CALIBRATED = [calibrated("kuka_iiwa7_r800", 1.0, 1.0)]
+CALIBRATED = [calibrated("kinova_movo", 1.0, 1.0)]
 OFFSET_CHAIN = [calibrated("franka_fr3", 1.0, 1.0), calibrated("fetch", 1.0, 1.0)]
 CHAINS = [*CALIBRATED, *OFFSET_CHAIN]
 CLOSED = [*EXACT, *OFFSET]

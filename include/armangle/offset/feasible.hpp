@@ -399,7 +399,7 @@ private:
         Margin out{min(of_reach, of_fold), select(of_reach < of_fold, fold + RootLanes(1.0), fold),
                    select(asked > fold, of_reach, of_fold),
                    (wrist.excess <= RootLanes(0.0)) & (wrist.inside >= RootLanes(0.0))};
-        if (!any(out.exists)) return out;
+        if (!any(out.least >= RootLanes(-tolerance::isolated))) return out;
         const Directions<RootLanes> d =
             directions(motion, wrist, theta_7, sqrt(max(wrist.inside, RootLanes(0.0))));
         for (int i = 0; i < ranges_.count; ++i) {
@@ -578,12 +578,12 @@ private:
             lower = value - step;
             upper = value + step;
         }
-        if (!(best >= -tolerance::isolated)) return;
         Directions<double> there;  // limits may be touched within their tolerance, but a posture must exist
         if (directions(arm_, exact_, to_q(value, arm_.rest.sign[6], arm_.rest.offset[6]), branch.gc, nullptr,
                        there) != Status::OK)
             return;
         branch.exists = true;
+        if (!(best >= -tolerance::isolated)) return;
         const Tag tag = tag_of(at.which[0]);
         add(value, value, tag, tag, branch.pieces);
     }
