@@ -210,5 +210,5 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_kuka(arm);
     binding::bind_offset(offset);
     binding::bind_offset_chain(offset_chain);
-    binding::bind_xla(m, arm, offset, offset_chain);
+    binding::bind_xla(m, arm, near, offset, offset_chain);
 }

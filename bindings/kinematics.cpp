@@ -267,13 +267,13 @@ void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Int
                     });
 }
 
-/// Writes the derivatives (..., 7, 7) of the joints of an arm with an offset with respect to twist and free
-/// joint; with `nan`, NaN if the pose has no solution.
+/// Writes the derivatives (..., 7, 7) of the joints of any other arm with respect to twist and psi; with
+/// `nan`, NaN if the pose has no solution.
 template <class Handle>
-void offset_derivative_many(const Handle& self, Floats pose, Floats free, Ints gc, Floats out, bool nan,
-                            int threads) {
+void other_derivative_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats out, bool nan,
+                           int threads) {
     for_each_asked(
-        self.arm, pose, free, gc, out, 2, threads, [&](const Asked& asked, double* to, double& value) {
+        self.arm, pose, psi, gc, out, 2, threads, [&](const Asked& asked, double* to, double& value) {
             const Derivatives d = inverse_derivative(self.arm, asked.pose, asked.psi, asked.gc);
             if (d.status == Status::UNREACHABLE) value = excess_of(self.arm, asked);
             std::memcpy(to, d.entry, sizeof(d.entry));
@@ -394,6 +394,14 @@ void bind_both(nb::class_<Handle>& arm) {
 template <class Handle>
 void bind_gradients(nb::class_<Handle>& arm) {
     using namespace nb::literals;
+    constexpr auto derivative_many = [] {
+        if constexpr (std::is_same_v<Handle, ArmHandle>)
+            return &inverse_derivative_many;
+        else
+            return &other_derivative_many<Handle>;
+    }();
+    arm.def("inverse_derivative_many", derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "nan"_a,
+            "threads"_a);
     arm.def("inverse_pullback_many", &inverse_pullback_many<Handle>, "pose"_a, "psi"_a, "gc"_a, "by_q"_a,
             "by_pose"_a, "by_psi"_a, "nan"_a);
     arm.def("forward_pullback_many", &forward_pullback_many<Handle>, "q"_a, "by_pose"_a, "by_psi"_a, "by_q"_a,
@@ -420,8 +428,6 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("psi_towards_many", &psi_towards_many<ArmHandle>, "pose"_a, "gc"_a, "wish"_a, "target"_a, "out"_a,
             "nan"_a, "threads"_a);
     arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
-    arm.def("inverse_derivative_many", &inverse_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "nan"_a,
-            "threads"_a);
     bind_gradients(arm);
     m.def("pose_gradient_many", &pose_gradient_many, "pose"_a, "by_twist"_a, "by_pose"_a);
     arm.def("nearest_pose", &nearest_pose<ArmHandle>, "pose"_a, "out"_a);
@@ -433,6 +439,7 @@ void bind_chain_kinematics(nb::class_<ChainArmHandle>& arm) {
     arm.def("inverse_few", &inverse_few<ChainArmHandle>, "pose"_a.none(), "psi"_a.none(), "gc"_a.none(),
             "limits"_a = false);
     bind_both(arm);
+    bind_gradients(arm);
     arm.def("self_motion_many", &self_motion_rate_many<ChainArmHandle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
             "threads"_a);
 }
@@ -449,8 +456,6 @@ void bind_offset_rows(nb::class_<Handle>& arm) {
     arm.def("jacobian_many", &jacobian_many<Handle>, "q"_a, "out"_a, "threads"_a);
     arm.def("self_motion_many", &self_motion_rate_many<Handle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
             "threads"_a);
-    arm.def("inverse_derivative_many", &offset_derivative_many<Handle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
-            "nan"_a, "threads"_a);
     bind_gradients(arm);
     arm.def_prop_ro("reach", [](const Handle& a) { return nominal(a.arm).reach; });
     arm.def_prop_ro("inner_reach", [](const Handle& a) { return nominal(a.arm).inner_reach; });

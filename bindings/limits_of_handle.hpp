@@ -2,7 +2,7 @@
 #pragma once
 
 #include "armangle/motion/freedom.hpp"
-#include "armangle/offset/end_slopes.hpp"
+#include "armangle/offset/singular_end_slope.hpp"
 #include "offset_handle.hpp"
 
 namespace binding {

@@ -62,8 +62,8 @@ private:
     }
 };
 
-void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm, nb::class_<OffsetHandle>& offset,
-              nb::class_<OffsetChainHandle>& offset_chain);
+void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm, nb::class_<ChainArmHandle>& chain,
+              nb::class_<OffsetHandle>& offset, nb::class_<OffsetChainHandle>& offset_chain);
 void bind_offset(nb::class_<OffsetHandle>& arm);
 void bind_offset_chain(nb::class_<OffsetChainHandle>& arm);
 

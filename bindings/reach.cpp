@@ -371,6 +371,10 @@ void end_slopes_one(const Handle& self, Floats pose, long long gc, double margin
     if constexpr (std::is_same_v<Handle, ArmHandle>) {
         const SelfMotion<double> m = self_motion(self.arm, frame, static_cast<int>(gc));
         (void)feasible(m, table(self, margin), arcs);
+    } else if constexpr (std::is_same_v<Handle, ChainArmHandle>) {
+        ProvenArcs found;
+        feasible(self.arm, frame, static_cast<int>(gc), self.arm.nominal.limits, margin, found);
+        arcs = found.arcs;
     } else {
         ProvenArcs found[configurations];
         feasible_all(self.arm, frame, nominal(self.arm).limits, found);
@@ -398,7 +402,7 @@ void reach_ball_of(const Handle& self, Floats out) {
     std::memcpy(to.data<double>(), four, sizeof(four));
 }
 
-/// Binds reachability, freedom, turns, placement and maps, which arms of all kinds have.
+/// Binds reachability, freedom, turns, placement, maps and slopes, which arms of all kinds have.
 template <class Handle>
 void bind_reach_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
@@ -414,12 +418,6 @@ void bind_reach_of(nb::class_<Handle>& arm) {
     arm.def("reduced_of_poses", &reduced_of_poses<Handle>, "pose"_a, "out"_a);
     arm.def("reduced_distances", &reduced_distances<Handle>);
     arm.def("reach_ball", &reach_ball_of<Handle>, "out"_a);
-}
-
-/// Binds the derivatives of feasible intervals.
-template <class Handle>
-void bind_slopes(nb::class_<Handle>& arm) {
-    using namespace nb::literals;
     arm.def("freedom_gradient_many", &freedom_gradient_many<Handle>, "pose"_a, "margin"_a, "out"_a,
             "threads"_a);
     arm.def("end_slopes_one", &end_slopes_one<Handle>, "pose"_a, "gc"_a, "margin"_a, "out"_a);
@@ -428,24 +426,17 @@ void bind_slopes(nb::class_<Handle>& arm) {
 }  // namespace
 
 /// Binds reachability, maps, placement and slopes of an arm with an offset.
-void bind_offset_reach(nb::class_<OffsetHandle>& arm) {
-    bind_reach_of(arm);
-    bind_slopes(arm);
-}
-/// Binds freedom, turns, maps and placement of a nearly S-R-S arm.
+void bind_offset_reach(nb::class_<OffsetHandle>& arm) { bind_reach_of(arm); }
+/// Binds freedom, turns, maps, placement and slopes of a nearly S-R-S arm.
 void bind_chain_reach(nb::class_<ChainArmHandle>& arm) { bind_reach_of(arm); }
 /// Binds freedom, turns, maps, placement and slopes of an arm with an offset and its own chain.
-void bind_offset_chain_reach(nb::class_<OffsetChainHandle>& arm) {
-    bind_reach_of(arm);
-    bind_slopes(arm);
-}
+void bind_offset_chain_reach(nb::class_<OffsetChainHandle>& arm) { bind_reach_of(arm); }
 
 /// Registers Turned, and reachability, maps, placement and slopes of an S-R-S arm.
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Turned>(m, "Turned").value("BASE", Turned::base).value("TOOL", Turned::tool);
     bind_reach_of(arm);
-    bind_slopes(arm);
 }
 
 }  // namespace binding

@@ -353,7 +353,7 @@ nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solution
                           owned(std::move(status), 1));
 }
 
-/// Binds solve_few, solve_many and solutions_many.
+/// Binds solve_few, solve_many, solutions_many and solution_derivative_many.
 template <class Handle>
 void bind_solving_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
@@ -364,25 +364,18 @@ void bind_solving_of(nb::class_<Handle>& arm) {
             "status"_a, "margin"_a, "gap"_a, "threads"_a, "scene"_a.none());
     arm.def("solutions_many", &solutions_many<Handle>, "pose"_a, "near"_a.none(), "options"_a,
             "allowed_count"_a.none(), "allowed_psi"_a.none(), "threads"_a, "scene"_a.none());
+    arm.def("solution_derivative_many", &solution_derivative_many<Handle>, "pose"_a, "near"_a, "options"_a,
+            "q"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
 }
 
 }  // namespace
 
 /// Binds the search of solutions of a nearly S-R-S arm.
 void bind_chain_solving(nb::class_<ChainArmHandle>& arm) { bind_solving_of(arm); }
-
-/// Binds the search of solutions, and their derivatives, of an arm with an offset, own chain or not.
-template <class Handle>
-void bind_free_joint_solving(nb::class_<Handle>& arm) {
-    using namespace nb::literals;
-    bind_solving_of(arm);
-    arm.def("solution_derivative_many", &solution_derivative_many<Handle>, "pose"_a, "near"_a, "options"_a,
-            "q"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
-}
 /// Binds the search of solutions of an arm with an offset.
-void bind_offset_solving(nb::class_<OffsetHandle>& arm) { bind_free_joint_solving(arm); }
+void bind_offset_solving(nb::class_<OffsetHandle>& arm) { bind_solving_of(arm); }
 /// Binds the search of solutions of an arm with an offset and its own chain.
-void bind_offset_chain_solving(nb::class_<OffsetChainHandle>& arm) { bind_free_joint_solving(arm); }
+void bind_offset_chain_solving(nb::class_<OffsetChainHandle>& arm) { bind_solving_of(arm); }
 
 /// Registers Metric and SolveOptions, and the search of solutions of an S-R-S arm with its derivatives.
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
@@ -394,8 +387,6 @@ void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
     nb::class_<SolveOptions>(m, "SolveOptions")
         .def("__init__", &make_solve_options, "metric"_a, "weight"_a, "branches"_a, "margin"_a, "length"_a);
     bind_solving_of(arm);
-    arm.def("solution_derivative_many", &solution_derivative_many<ArmHandle>, "pose"_a, "near"_a, "options"_a,
-            "q"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
     arm.def("best_gradient_many", &best_gradient_many, "pose"_a, "q"_a, "psi"_a, "gc"_a, "out"_a,
             "threads"_a);
 }

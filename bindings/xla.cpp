@@ -9,7 +9,7 @@
 #include <unordered_map>
 #include <variant>
 
-#include "armangle/offset/inverse_pullback.hpp"
+#include "armangle/offset/psi_gradient.hpp"
 #include "elements.hpp"
 #include "limits_of_handle.hpp"
 #include "xla_interface.hpp"
@@ -24,8 +24,8 @@ namespace {
 /// use the key.
 class KeptArms {
 public:
-    /// An arm of any kind that has derivatives.
-    using AnyHandle = std::variant<ArmHandle, OffsetHandle, OffsetChainHandle>;
+    /// An arm of any kind.
+    using AnyHandle = std::variant<ArmHandle, ChainArmHandle, OffsetHandle, OffsetChainHandle>;
 
     /// Keeps an arm under a key; does nothing if the key has one.
     template <class Handle>
@@ -245,6 +245,8 @@ template <class Handle>
 Nearest solved(const Block<Handle>& b, const Pose<double>& pose, const NearestOptions& options) noexcept {
     if constexpr (free_joint_arm<decltype(Handle::arm)>)
         return nearest_posture(b.self->arm, pose, options);
+    else if constexpr (std::is_same_v<Handle, ChainArmHandle>)
+        return nearest_posture(b.self->arm, b.margin, pose, options);
     else
         return nearest_posture(b.self->arm, *b.limits, pose, options);
 }
@@ -542,15 +544,16 @@ nb::typed<nb::dict, nb::str, nb::object> xla_targets() {
 
 }  // namespace
 
-/// Registers xla_targets, and `keep` for each kind of arm that has derivatives.
-void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm, nb::class_<OffsetHandle>& offset,
-              nb::class_<OffsetChainHandle>& offset_chain) {
+/// Registers xla_targets, and `keep` for each kind of arm.
+void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm, nb::class_<ChainArmHandle>& chain,
+              nb::class_<OffsetHandle>& offset, nb::class_<OffsetChainHandle>& offset_chain) {
     using namespace nb::literals;
     m.def("xla_targets", &xla_targets);
     const auto bind = []<class Handle>(nb::class_<Handle>& kind) {
         kind.def("keep", [](const Handle& self, std::int64_t key) { kept_arms().keep(key, self); }, "key"_a);
     };
     bind(arm);
+    bind(chain);
     bind(offset);
     bind(offset_chain);
 }

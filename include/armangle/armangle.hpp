@@ -72,4 +72,5 @@
 #include "chain/feasible.hpp"
 #include "chain/step.hpp"
 #include "chain/nearest_posture.hpp"
+#include "chain/psi_gradient.hpp"
 #include "chain/corrected_tracker.hpp"

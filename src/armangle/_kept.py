@@ -14,7 +14,6 @@ import numpy as np
 
 from ._arrays import chosen
 from .arm.arm import Arm, check_arm
-from .arm.chain import unsupported
 from .errors import InputError, UnsupportedError
 from .models.description import ELBOW_OFFSETS, END_OFFSETS, LENGTHS
 
@@ -23,15 +22,13 @@ Array: TypeAlias = Any  # a torch.Tensor or a jax.Array, known to type checkers 
 _ARMS: dict[int, Arm] = {}
 
 
-def keep(arm: Arm, asked: str) -> int:
+def keep(arm: Arm) -> int:
     """Keep an arm for the lifetime of the process and return its key, the same in every process.
 
-    Raise for a nearly S-R-S arm on its own chain; errors call the caller `asked`. Compiled functions hold the
-    key. In a process that does not know it, they fail instead of using another arm.
+    Compiled functions hold the key. In a process that does not know it, they fail instead of using another
+    arm.
     """
     check_arm(arm)
-    if arm.kind == "srs_chain":
-        raise unsupported(asked)
     lengths = [getattr(arm.geometry, name) for name in (*LENGTHS, *ELBOW_OFFSETS, *END_OFFSETS)]
     parts = [
         [*lengths, arm.singularity_margin],
@@ -77,7 +74,7 @@ class Kept:
     _key: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_key", keep(self.arm, type(self).__module__))
+        object.__setattr__(self, "_key", keep(self.arm))
 
     def solve(
         self, pose: Array, seed: Array | None = None, *, prefer: Literal["seed", "margin"] = "seed"

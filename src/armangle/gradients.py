@@ -1,9 +1,9 @@
 """Derivatives of an arm's functions: by the pose, by the arm angle and by the joints.
 
 The derivative of `Arm.forward` is `Arm.jacobian` with `psi` as a seventh row; that of `Arm.inverse` by psi is
-`Arm.self_motion`. All but `margin` and `joint_function` also take an arm with an offset wrist or shoulder,
-whose psi is the value of its free joint. A nearly S-R-S arm on its own chain has `limit_margin` alone. For
-other arms `UnsupportedError` is raised.
+`Arm.self_motion`. psi of an arm with an offset wrist or shoulder is the value of its free joint. All take
+arms of every kind but `margin` and `joint_function`, which raise `UnsupportedError` for all but exact S-R-S
+arms.
 """
 
 from __future__ import annotations
@@ -54,12 +54,12 @@ def inverse(
         (rad/rad), both in the frame that poses are given in, and column 6 by psi, which is `Arm.self_motion`.
         The inverse of `jacobian` with `psi` as a seventh row. Infinite if a derivative does not exist: for
         joints 1-3 (5-7) if θ2 (θ6) is 0 or π; in columns 0-5 for all joints if the elbow is stretched or
-        folded, and for all but joint 4 if psi jumps (the wrist over the base axis). For an arm with an offset
+        folded, and for all but joint 4 if psi jumps (the wrist over the base axis). For other arms
         that is where the matrix has no inverse, for example at a fold, and then for all but the free joint.
 
     Raises
     ------
-    As `inverse`, and UnsupportedError for a nearly S-R-S arm with its own chain.
+    As `inverse`.
 
     Examples
     --------
@@ -116,7 +116,8 @@ def feasible(arm: Arm, pose: ArrayLike, gc: int) -> tuple[ArcSet, Floats]:
     ArcSet, ndarray of shape (k, 2, 6)
         The arcs of `feasible`; for the lower and upper end of each, dψ by the velocity of the end effector's
         origin (rad/m) and by its angular velocity (rad/rad). NaN if an end does not move smoothly: the full
-        circle has no end, a jump no slope, and an arc appears where a joint only touches its limit.
+        circle has no end, a jump no slope, an arc appears where a joint only touches its limit, and where a
+        proof ends nothing is known.
 
     Raises
     ------
@@ -270,8 +271,7 @@ def solve(
 
     Raises
     ------
-    As `Arm.solve`, and UnsupportedError for an arm with a scene, and for a
-    nearly S-R-S arm with its own chain.
+    As `Arm.solve`, and UnsupportedError for an arm with a scene.
 
     Examples
     --------

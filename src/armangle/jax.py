@@ -61,9 +61,8 @@ class Kinematics(Kept):
     Attributes
     ----------
     arm : Arm
-        Of any kind but a nearly S-R-S arm on its own chain, which has no derivatives. It is kept for the
-        lifetime of the process, because compiled functions may use it. The arm angle of an arm with an offset
-        wrist or shoulder is the value of its free joint.
+        Of any kind. It is kept for the lifetime of the process, because compiled functions may use it. The
+        arm angle of an arm with an offset wrist or shoulder is the value of its free joint.
     """
 
     def __post_init__(self) -> None:

@@ -302,9 +302,10 @@ def test_where_a_derivative_does_not_exist_it_is_infinite() -> None:
     assert aa.gradients.psi(arm, np.zeros((3, 0, 7))).shape == (3, 0, 7)
 
 
-# -- arms with an offset wrist or shoulder ---------------------------------------------------------
+# -- arms with an offset, and own chains -----------------------------------------------------------
 
 OFFSET = ("franka_fr3", "ufactory_xarm7", "fetch", "willow_garage_pr2_left")
+NEAR = "calibrated kinova_movo"
 OWN = ("calibrated franka_fr3", "calibrated fetch")
 
 
@@ -317,9 +318,12 @@ def mounted(name: str) -> aa.Arm:
     return named(name).with_(base=base, tool=tool)
 
 
-def with_free_joint(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
-    """The Jacobian with a seventh row that picks the free joint."""
-    row = np.broadcast_to(np.eye(7)[int(arm.redundancy[-1]) - 1], (*q.shape[:-1], 1, 7))
+def with_psi(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
+    """The Jacobian with the gradient of psi as a seventh row, which picks the free joint if there is one."""
+    if arm.redundancy == "arm_angle":
+        row = aa.gradients.psi(arm, q)[..., None, :]
+    else:
+        row = np.broadcast_to(np.eye(7)[int(arm.redundancy[-1]) - 1], (*q.shape[:-1], 1, 7))
     return np.concatenate([arm.jacobian(q), row], axis=-2)
 
 
@@ -327,19 +331,17 @@ def regular(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
     """At most `count` joints within the limits, away from singularities."""
     lower, upper = np.clip(arm.lower, -3, 3), np.clip(arm.upper, -3, 3)
     q = lower + rng.uniform(0.1, 0.9, (20 * count, 7)) * (upper - lower)
-    return q[np.linalg.cond(with_free_joint(arm, q)) < 50][:count]
+    return q[np.linalg.cond(with_psi(arm, q)) < 50][:count]
 
 
-@pytest.mark.parametrize("name", OFFSET)
-def test_joints_follow_pose_and_free_joint(name: str) -> None:
-    """`gradients.inverse` of an offset arm equals differences, and the inverse of the Jacobian with its free
-    joint.
-    """
+@pytest.mark.parametrize("name", (*OFFSET, NEAR))
+def test_joints_follow_pose_and_psi(name: str) -> None:
+    """`gradients.inverse` equals differences, and the inverse of the Jacobian with the row of psi."""
     arm = mounted(name)
     q = regular(arm, draw.generator(17, 51), 60)
     pose, psi, gc = arm.forward(q)
     slope = aa.gradients.inverse(arm, pose, psi, gc)
-    assert len(q) == 60 and np.abs(slope @ with_free_joint(arm, q) - np.eye(7)).max() < 1e-11
+    assert len(q) == 60 and np.abs(slope @ with_psi(arm, q) - np.eye(7)).max() < 1e-11
     assert np.allclose(slope[..., 6], arm.self_motion(pose, psi, gc), atol=1e-9)
     for k in range(7):
         twist, turn = np.eye(7)[k, :6], float(k == 6)
@@ -355,12 +357,14 @@ def test_joints_follow_pose_and_free_joint(name: str) -> None:
 @pytest.mark.parametrize(
     ("prefer", "step", "off", "kinks"), [("seed", 1e-4, 1e-4, 0.03), ("margin", 1e-4, 1e-2, 0.1)]
 )
-@pytest.mark.parametrize("name", OFFSET + OWN)
+@pytest.mark.parametrize("name", (*OFFSET, *OWN, NEAR))
 def test_its_solution_moves_as_said(name: str, prefer: Any, step: float, off: float, kinks: float) -> None:
-    """`gradients.solve` of an offset arm equals differences, but for a few kinks."""
-    arm = mounted(name)
-    known = solution_moves(arm, regular(arm, draw.generator(17, 52), 40), 0.3, prefer, step, off, kinks)
-    assert known > (0.8 if prefer == "seed" else 0.5)
+    """`gradients.solve` equals differences, but for a few kinks."""
+    free = mounted(name)
+    q = regular(free, draw.generator(17, 52), 40)
+    for arm in (free, free.with_(singularity_margin=0.2)) if name == NEAR else (free,):
+        known = solution_moves(arm, q, 0.3, prefer, step, off, kinks)
+        assert known > (0.8 if prefer == "seed" else 0.5)
 
 
 @pytest.mark.parametrize("name", OFFSET)

@@ -94,7 +94,7 @@ def test_derivatives_are_the_limit_of_differences(name: str) -> None:
 
 
 @pytest.mark.turns(3)
-@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch", "calibrated kinova_movo"])
 def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm(name: str) -> None:
     """Derivatives of `freedom` and `limit_margin` equal those of `gradients`."""
     arm, q = postures(name, 40, 17, 31)
@@ -107,7 +107,7 @@ def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm(name: s
 
 
 @pytest.mark.turns(4)
-@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch", "calibrated kinova_movo"])
 @pytest.mark.parametrize("prefer", ["seed", "margin"])
 def test_derivatives_go_through_solve(prefer: str, name: str) -> None:
     """`jax.Kinematics.solve` and its derivatives equal those of Arm and `gradients`, in float32 roughly."""

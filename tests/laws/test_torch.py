@@ -69,7 +69,7 @@ def test_gradients_are_the_limit_of_differences(name: str) -> None:
     assert np.allclose((joints.grad.numpy() * weight).sum(-1), difference, rtol=1e-5, atol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch", "calibrated kinova_movo"])
 def test_gradients_of_freedom_and_of_the_limit_margin(name: str) -> None:
     """backward of `freedom` equals differences, and of `limit_margin` is ±1 for the nearest joint."""
     arm, q = postures(name, 60, 17, 21)
@@ -95,7 +95,7 @@ def test_gradients_of_freedom_and_of_the_limit_margin(name: str) -> None:
     assert np.array_equal(joints.grad.numpy(), wanted)
 
 
-@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch", "calibrated kinova_movo"])
 @pytest.mark.parametrize("prefer", ["seed", "margin"])
 def test_gradients_go_through_solve(prefer: str, name: str) -> None:
     """`torch.Kinematics.solve` equals Arm's, and its backward `gradients.solve`."""
@@ -125,7 +125,7 @@ def test_gradients_go_through_solve(prefer: str, name: str) -> None:
     assert not given[0].grad[~known].any()
 
 
-@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch", "calibrated kinova_movo"])
 def test_gradcheck_of_solve(name: str) -> None:
     """`gradcheck` accepts `solve` after `forward`."""
     arm, q = postures(name, 40, 17, 27)

@@ -49,11 +49,7 @@ OWN: Rows = [
     (rf"\b{name}\b.* {CHAIN} of its own: use arm\.", call)
     for name, call in (
         ("gradients.joint_function", lambda arm: aa.gradients.joint_function(arm, pose(arm), 0, 1)),
-        ("gradients.feasible", lambda arm: aa.gradients.feasible(arm, pose(arm), 0)),
-        ("gradients.inverse", lambda arm: aa.gradients.inverse(arm, pose(arm), 0.0, 0)),
-        ("gradients.psi", lambda arm: aa.gradients.psi(arm, q(arm))),
         ("gradients.margin", lambda arm: aa.gradients.margin(arm, pose(arm))),
-        ("gradients.freedom", lambda arm: aa.gradients.freedom(arm, pose(arm))),
         ("aa.kuka", lambda arm: aa.kuka.to_e1(arm, q(arm))),
     )
 ]

@@ -11,7 +11,7 @@ from .calibrated import calibrated
 from .strategies import bends
 
 NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7")
-FAMILIES = (*NAMES, "franka_fr3", "fetch", "calibrated franka_fr3")
+FAMILIES = (*NAMES, "franka_fr3", "fetch", "calibrated franka_fr3", "calibrated kinova_movo")
 HOME = np.array([0.1, 0.0, 0.2, -1.5, 0.3, 1.0, 0.4])
 """θ2 is 0: joints 1 to 3 have no derivative there, joints 4 to 7 have."""
 
@@ -26,8 +26,7 @@ def calm(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
 
 
 def named(name: str) -> aa.Arm:
-    """An arm of the catalogue; "calibrated NAME": an offset arm with links off at random by 1 mm and
-    1 mrad.
+    """An arm of the catalogue; "calibrated NAME": one with links off at random by 1 mm and 1 mrad.
     """
     own = name.startswith("calibrated ")
     return calibrated(name.split()[1], 1.0, 1.0) if own else aa.Arm.from_catalogue(name)

@@ -47,18 +47,25 @@ void end_slopes(const AnyArm& arm, const Pose<double>& pose, int gc, const ArcSe
         }
 }
 
-/// Writes to `out` the gradient of the total of freedom() with respect to the twist (v, omega) of the pose:
-/// derivatives of upper ends minus those of lower ends. NaN if an end does not move smoothly; 0 without arcs,
-/// or with whole circles alone.
+/// Adds the derivative of the length of `arcs`, the feasible arcs of (pose, gc), with respect to the twist of
+/// the pose to `out`: those of upper ends minus those of lower ends.
+template <class AnyArm>
+void add_length_slope(const AnyArm& arm, const Pose<double>& pose, int gc, const ArcSet& arcs,
+                      double (&out)[6]) noexcept {
+    if (arcs.full) return;
+    EndSlopes slopes;
+    end_slopes(arm, pose, gc, arcs, slopes);
+    for (int i = 0; i < arcs.count; ++i)
+        for (int k = 0; k < 6; ++k) out[k] += slopes.entry[i][1][k] - slopes.entry[i][0][k];
+}
+
+/// Writes to `out` the gradient of the total of freedom() with respect to the twist (v, omega) of the pose.
+/// NaN if an end does not move smoothly; 0 without arcs, or with whole circles alone.
 inline void freedom_gradient(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
                              double (&out)[6]) noexcept {
     for (double& slope : out) slope = 0;
-    EndSlopes slopes;
     const auto add = [&](int gc, const detail::Left&, const ArcSet& arcs, const auto&, const auto&) {
-        if (arcs.full) return false;
-        end_slopes(arm, pose, gc, arcs, slopes);
-        for (int i = 0; i < arcs.count; ++i)
-            for (int k = 0; k < 6; ++k) out[k] += slopes.entry[i][1][k] - slopes.entry[i][0][k];
+        add_length_slope(arm, pose, gc, arcs, out);
         return false;
     };
     detail::each_branch(arm, circle(arm, flange_pose(arm, pose)), t, all_pivots, detail::OneAxis::apart, add);

@@ -20,18 +20,8 @@ _ELBOW = 3
 _MOST_OFF = np.array([MAX_LENGTH, MAX_ANGLE])
 _NOTHING = 0.02  # of `_MOST_OFF`: a smaller tool is within the accuracy of a calibration
 _ASKED = {
-    "feasible_few": "feasible",
-    "feasible_many": "feasible",
-    "psi_towards_many": "psi_towards",
     "joint_function": "gradients.joint_function",
-    "explain_pose": "explain",
-    "rows_within": "JointPath.from_joints",
-    "end_slopes_one": "gradients.feasible",
-    "inverse_derivative_many": "gradients.inverse",
-    "psi_gradient_many": "gradients.psi",
     "best_gradient_many": "gradients.margin",
-    "solution_derivative_many": "gradients.solve",
-    "freedom_gradient_many": "gradients.freedom",
     "is_kuka": "aa.kuka",
 }
 

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "../../limits/nearest_search.hpp"
-#include "../inverse_derivative.hpp"
+#include "../psi_gradient.hpp"
 #include "../straight_cells.hpp"
 #include "feasible.hpp"
 
@@ -435,8 +435,8 @@ private:
         for (int pass = 0; pass < tuning_.newton; ++pass) {
             const Jacobian jac = jacobian(arm_, found_.q);
             double by[joints][joints], bend[joints][joints];
-            derivatives_at(arm_, jac, by);
-            slope_derivatives_at(jac, by, bend);
+            derivatives_at(arm_, found_.q, jac, by);
+            slope_derivatives_at(arm_, found_.q, jac, by, bend);
             const double move = o_.metric == Metric::l2 ? to_level(by, bend) : to_largest(by, bend);
             if (!(abs(move) < before) || abs(move) <= tolerance::rounding) return;
             before = abs(move);

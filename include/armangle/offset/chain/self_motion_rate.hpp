@@ -1,7 +1,7 @@
 // The self-motion of an arm on its own chain with an offset nominal arm.
 #pragma once
 
-#include "../inverse_derivative.hpp"
+#include "../psi_gradient.hpp"
 #include "inverse.hpp"
 
 #include "../../names/begin.hpp"
@@ -16,7 +16,7 @@ inline Inverse self_motion_rate(const OffsetChain& arm, const Pose<double>& pose
     Inverse out = inverse(arm, pose, free, gc);
     if (out.status != Status::OK) return out;
     double by[joints][joints];
-    detail::derivatives_at(arm, jacobian(arm, out.q), by);
+    detail::derivatives_at(arm, out.q, jacobian(arm, out.q), by);
     for (int j = 0; j < joints; ++j) out.q[j] = by[j][6];
     return out;
 }

@@ -1,4 +1,5 @@
-// Reverse-mode gradients of an arm with an offset, as circle/pose_gradient.hpp has them for an S-R-S arm.
+// Reverse-mode gradients of any arm of inverse_derivative.hpp, as circle/pose_gradient.hpp has them for an
+// exact S-R-S arm.
 #pragma once
 
 #include <algorithm>
@@ -10,22 +11,16 @@
 
 namespace armangle {
 
-/// Writes the derivatives of the redundant parameter with respect to the joints: 1 for the free joint.
-template <free_joint_arm AnyArm>
-void psi_gradient(const AnyArm& arm, const double*, double (&out)[joints]) noexcept {
-    for (int j = 0; j < joints; ++j) out[j] = j == robot_joint(arm, joints - 1) ? 1.0 : 0.0;
-}
-
-/// Writes the gradient of a function of inverse() with respect to the pose's entries and the free joint, from
-/// its gradient by_q with respect to the joints. NaN if a derivative that it needs does not exist; returns
+/// Writes the gradient of a function of inverse() with respect to the pose's entries and psi, from its
+/// gradient by_q with respect to the joints. NaN if a derivative that it needs does not exist; returns
 /// why, or none.
-template <free_joint_arm AnyArm>
-Hindrance inverse_pullback(const AnyArm& arm, const Pose<double>& pose, double free, int gc,
-                           const double* by_q, double* by_pose, double& by_free) noexcept {
+template <class AnyArm>
+Hindrance inverse_pullback(const AnyArm& arm, const Pose<double>& pose, double psi, int gc,
+                           const double* by_q, double* by_pose, double& by_psi) noexcept {
     double by[joints] = {};
     Hindrance why = Hindrance::none;
     if (std::any_of(by_q, by_q + joints, [](double g) { return g != 0; })) {
-        const Derivatives d = inverse_derivative(arm, pose, free, gc);
+        const Derivatives d = inverse_derivative(arm, pose, psi, gc);
         if (d.status != Status::OK) why = Hindrance::unreachable;
         for (int j = 0; j < joints; ++j) {
             if (by_q[j] == 0) continue;
@@ -37,7 +32,7 @@ Hindrance inverse_pullback(const AnyArm& arm, const Pose<double>& pose, double f
     for (double& each : by)
         if (why != Hindrance::none) each = not_a_number;
     store_gradient(pose_gradient<double>(pose, {by[0], by[1], by[2]}, {by[3], by[4], by[5]}), by_pose);
-    by_free = by[6];
+    by_psi = by[6];
     return why;
 }
 

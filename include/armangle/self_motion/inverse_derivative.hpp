@@ -1,17 +1,17 @@
-// Derivatives of the joints of an arm with an offset by the pose and by its free joint.
+// Derivatives of the joints by the pose and by psi, of any arm whose Jacobian and gradient of psi are known.
 //
-// At a posture  M dq = (v, omega, dfree),  M the Jacobian with a seventh row, 1 at the free joint. So
-// dq = M^-1 (v, omega, dfree), and M^-1 is all first derivatives. Their own derivatives along a motion dq are
+// At a posture  M dq = (v, omega, dpsi),  M the Jacobian with the gradient of psi as its seventh row. So
+// dq = M^-1 (v, omega, dpsi), and M^-1 is all first derivatives. Their own derivatives along a motion dq are
 // -M^-1 dM M^-1, with dM from the axes a_i and the columns (v_i, a_i) of the Jacobian:
 //
 //     d v_i / d q_j = a_j x v_i (j < i), a_i x v_j (j >= i);   d a_i / d q_j = a_j x a_i (j < i), else 0
 //
-// It is the implicit function theorem. M is singular at a fold, at a straight elbow, and where two joints
-// turn about one axis.
+// and from psi_gradient_change(). It is the implicit function theorem. M is singular at a fold, at a straight
+// elbow, and where two joints turn about one axis. An exact S-R-S arm has closed forms instead
+// (circle/derivatives.hpp).
 #pragma once
 
 #include "../limits/solution_derivative.hpp"
-#include "offset_posture.hpp"
 
 #include "../names/begin.hpp"
 
@@ -64,19 +64,19 @@ inline bool invert(double (&m)[joints][joints], double (&out)[joints][joints]) n
     return true;
 }
 
-/// Writes the derivatives of the joints with respect to twist and free joint, the columns of Derivatives, to
-/// `out`: the inverse of the Jacobian with a seventh row for the free joint. If that is singular, all rows
-/// but that of the free joint are infinite.
-template <free_joint_arm AnyArm>
-void derivatives_at(const AnyArm& arm, const Jacobian& jac, double (&out)[joints][joints]) noexcept {
-    const int free = robot_joint(arm, joints - 1);
+/// Writes the derivatives of the joints at q with respect to twist and psi, the columns of Derivatives, to
+/// `out`: the inverse of the Jacobian `jac` with the gradient of psi as its seventh row. If that is singular,
+/// all rows are infinite but that of a joint whose value is psi.
+template <class AnyArm>
+void derivatives_at(const AnyArm& arm, const double* q, const Jacobian& jac,
+                    double (&out)[joints][joints]) noexcept {
+    const int free = psi_joint(arm);
     const double size = nominal(arm).size;
     double m[joints][joints];
-    for (int k = 0; k < joints; ++k) {
+    psi_gradient(arm, q, m[6]);
+    for (int k = 0; k < joints; ++k)
         for (int i = 0; i < 6; ++i) m[i][k] = i < 3 ? jac.entry[i][k] / size : jac.entry[i][k];
-        m[6][k] = k == free ? 1.0 : 0.0;
-    }
-    const bool regular = invert(m, out);
+    const bool regular = abs(m[6][0]) < infinity && invert(m, out);
     for (int j = 0; j < joints; ++j)
         for (int k = 0; k < joints; ++k) {
             if (j == free)
@@ -88,9 +88,9 @@ void derivatives_at(const AnyArm& arm, const Jacobian& jac, double (&out)[joints
         }
 }
 
-/// Writes the change of the Jacobian for a small motion w of the joints, times joint velocities u, to `out`.
-inline void jacobian_change(const Jacobian& jac, const double* w, const double* u,
-                            double (&out)[6]) noexcept {
+/// Writes the change of the Jacobian for a small motion w of the joints, times joint velocities u, to `out`
+/// (6).
+inline void jacobian_change(const Jacobian& jac, const double* w, const double* u, double* out) noexcept {
     const auto linear = [&jac](int i) {
         return Vec3<double>{jac.entry[0][i], jac.entry[1][i], jac.entry[2][i]};
     };
@@ -110,61 +110,60 @@ inline void jacobian_change(const Jacobian& jac, const double* w, const double* 
 
 }  // namespace detail
 
-/// The derivatives of the joints at (pose, free joint, gc). Status OK, or a status of inverse() with all
-/// numbers NaN. Derivatives that do not exist are infinite.
-template <free_joint_arm AnyArm>
-Derivatives inverse_derivative(const AnyArm& arm, const Pose<double>& pose, double free, int gc) noexcept {
+/// The derivatives of the joints at (pose, psi, gc). Status OK, or a status of inverse() with all numbers
+/// NaN. Derivatives that do not exist are infinite.
+template <class AnyArm>
+Derivatives inverse_derivative(const AnyArm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
     Derivatives out;
-    const Inverse at = inverse(arm, pose, free, gc);
+    const Inverse at = inverse(arm, pose, psi, gc);
     out.status = at.status;
     for (auto& row : out.entry)
         for (double& entry : row) entry = not_a_number;
-    if (at.status == Status::OK) detail::derivatives_at(arm, jacobian(arm, at.q), out.entry);
+    if (at.status == Status::OK) detail::derivatives_at(arm, at.q, jacobian(arm, at.q), out.entry);
     return out;
 }
 
 namespace detail {
 
-/// Writes the derivatives of dq_j/dfree with respect to the twist and the free joint to `out`, from the
+/// Writes the derivatives of dq_j/dpsi with respect to the twist and psi at joints q to `out`, from the
 /// Jacobian and the derivatives `by` of the joints (derivatives_at).
-inline void slope_derivatives_at(const Jacobian& jac, const double (&by)[joints][joints],
-                                 double (&out)[joints][joints]) noexcept {
-    double along[joints], u[joints];
+template <class AnyArm>
+void slope_derivatives_at(const AnyArm& arm, const double* q, const Jacobian& jac,
+                          const double (&by)[joints][joints], double (&out)[joints][joints]) noexcept {
+    double along[joints], u[joints], turn[joints];
     for (int j = 0; j < joints; ++j) u[j] = by[j][6];
+    psi_gradient_change(arm, q, u, turn);
     for (int k = 0; k < joints; ++k) {
-        double change[6];
-        for (int j = 0; j < joints; ++j) along[j] = by[j][k];
+        double change[joints] = {};
+        for (int j = 0; j < joints; ++j) {
+            along[j] = by[j][k];
+            change[6] += turn[j] * along[j];
+        }
         jacobian_change(jac, along, u, change);
         for (int j = 0; j < joints; ++j) {
             out[j][k] = 0;
-            for (int i = 0; i < 6; ++i) out[j][k] -= by[j][i] * change[i];
+            for (int i = 0; i < joints; ++i) out[j][k] -= by[j][i] * change[i];
         }
     }
 }
 
 }  // namespace detail
 
-/// Writes the derivatives of dq_j/dfree for each joint with respect to the twist and to the free joint to
-/// `out`, in the seven columns of Derivatives. There must be a solution.
-template <free_joint_arm AnyArm>
-void slope_derivatives(const AnyArm& arm, const Pose<double>& pose, double free, int gc,
+/// Writes the derivatives of dq_j/dpsi for each joint with respect to the twist and to psi to `out`, in the
+/// seven columns of Derivatives. There must be a solution.
+template <class AnyArm>
+void slope_derivatives(const AnyArm& arm, const Pose<double>& pose, double psi, int gc,
                        double (&out)[joints][joints]) noexcept {
-    const Inverse at = inverse(arm, pose, free, gc);
+    const Inverse at = inverse(arm, pose, psi, gc);
     const Jacobian jac = jacobian(arm, at.q);
     double by[joints][joints];
-    detail::derivatives_at(arm, jac, by);
-    detail::slope_derivatives_at(jac, by, out);
+    detail::derivatives_at(arm, at.q, jac, by);
+    detail::slope_derivatives_at(arm, at.q, jac, by, out);
 }
 
 /// Always false: where two joints rotate around one axis, the derivatives are infinite anyway.
-template <free_joint_arm AnyArm>
+template <class AnyArm>
 bool shares_a_turn(const AnyArm&, const double*) noexcept {
-    return false;
-}
-
-/// Always false: every other joint moves with the free joint.
-template <free_joint_arm AnyArm>
-bool is_fixed_by_pose(const AnyArm&, int) noexcept {
     return false;
 }
 

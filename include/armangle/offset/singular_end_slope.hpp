@@ -6,8 +6,8 @@
 
 #include "../limits/end_slopes.hpp"
 #include "freedom.hpp"
-#include "inverse_derivative.hpp"
 #include "offset_family.hpp"
+#include "psi_gradient.hpp"
 
 #include "../names/begin.hpp"
 
@@ -56,14 +56,8 @@ void freedom_gradient(const AnyArm& arm, const Pose<double>& pose, double (&out)
     for (double& slope : out) slope = 0;
     ProvenArcs found[configurations];
     feasible_all(arm, pose, nominal(arm).limits, found);
-    EndSlopes slopes;
-    for (int gc = 0; gc < configurations; ++gc) {
-        const ArcSet arcs = in_robot_order(arm, found[gc].arcs);
-        if (arcs.full) continue;
-        end_slopes(arm, pose, gc, arcs, slopes);
-        for (int i = 0; i < arcs.count; ++i)
-            for (int k = 0; k < 6; ++k) out[k] += slopes.entry[i][1][k] - slopes.entry[i][0][k];
-    }
+    for (int gc = 0; gc < configurations; ++gc)
+        add_length_slope(arm, pose, gc, in_robot_order(arm, found[gc].arcs), out);
 }
 
 }  // namespace armangle
