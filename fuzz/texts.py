@@ -21,7 +21,7 @@ from types import FrameType
 import numpy as np
 
 import armangle as aa
-from armangle import _catalogue
+from armangle.models.catalogue import read_robot
 
 TOKENS = (
     *(b"nan", b"inf", b"-inf", b"1e999", b"-0", b"0", b"1e-320", b"9" * 400, b"1 2", b"1 2 3 4", b"True"),
@@ -78,7 +78,7 @@ def readers(folder: Path) -> list[tuple[str, bytes, Callable[[bytes], object]]]:
             (path.name, path.read_bytes(), from_file(f"in{path.suffix}", aa.io.load_joints))
             for path in blocks
         ),
-        ("toml", toml.read_bytes(), from_file("in.toml", _catalogue.read_robot)),
+        ("toml", toml.read_bytes(), from_file("in.toml", read_robot)),
     ]
 
 

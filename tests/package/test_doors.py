@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import platform
 import re
@@ -22,6 +23,7 @@ FOLDERS = (
     "contrib/", "tests/", "tools/", "docs", "benchmarks/", "examples/", "fuzz/", ".ci/", "include/",
     "bindings/",
 )  # fmt: skip
+PROGRAMS = ("fuzz/*.py", "tests/*/long_*.py", "tools/*.py", "benchmarks/*.py")
 DRAWN = """
 from laws.test_kinematics import sample
 from support.strategies import arms
@@ -82,6 +84,18 @@ def test_every_fuzzer_is_run() -> None:
     fuzzers = {path.stem for path in (ROOT / "fuzz").glob("*.cpp")}
     assert fuzzers == set(re.search(r"^FUZZERS = (.*)$", TEXT, re.MULTILINE)[1].split())
     assert "-max_total_time=7" in run and "fuzz/texts.py 7" in run
+
+
+def test_every_program_beside_the_tests_finds_what_it_imports(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fuzzers, long laws, tools and benchmarks, which `make check` does not run, can be imported."""
+    found = [path for place in PROGRAMS for path in sorted(ROOT.glob(place))]
+    programs = [path for path in found if not path.stem.startswith("test_")]
+    assert len(programs) > 20
+    for path in programs:
+        monkeypatch.setattr(sys, "path", [str(path.parent), *sys.path])
+        spec = importlib.util.spec_from_file_location(f"program_{path.stem}", path)
+        monkeypatch.setitem(sys.modules, spec.name, importlib.util.module_from_spec(spec))
+        spec.loader.exec_module(sys.modules[spec.name])
 
 
 def test_the_quick_tests_leave_out_only_what_they_say() -> None:

@@ -27,7 +27,7 @@ from scenes.test_chain_scenes import obstacles
 from scenes.test_clear import ARMS, BODIES, obstacle, posed
 from scenes.test_coal import BODY, exact_request, placed
 from scenes.test_proven_scenes import BODIES as OFFSET_BODIES
-from scenes.test_proven_scenes import OFFSET
+from scenes.test_proven_scenes import FREE
 from support.touching import distances
 
 import armangle as aa
@@ -233,7 +233,7 @@ def offsets(samples: int, rng: np.random.Generator) -> int:
     """Compare values of the free joint of offset arms with plain distances; return how many are wrong."""
     said = "values of a free joint against distances searched along the links"
     progress, done, wrong, counted = Progress(said, samples), 0, 0, 0
-    arms, bodies = list(OFFSET.values()), list(OFFSET_BODIES.values())
+    arms, bodies = list(FREE.values()), list(OFFSET_BODIES.values())
     while done < samples:
         bare = arms[rng.integers(len(arms))].with_(body=bodies[rng.integers(len(bodies))])
         scene = aa.Scene(
