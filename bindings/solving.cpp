@@ -205,9 +205,10 @@ void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions
 }
 
 /// Writes the gradients (n, 6) of the margin of the best solutions q (n, 7), psi, gc (n,) of poses (n, 4, 4);
-/// NaN if q is NaN.
-void best_gradient_many(const ArmHandle& self, Floats pose, Floats q, Floats psi, Ints gc, Floats out,
-                        int threads) {
+/// NaN if q is NaN. `margin` (rad) is the singularity margin.
+template <class Handle>
+void best_gradient_many(const Handle& self, Floats pose, double margin, Floats q, Floats psi, Ints gc,
+                        Floats out, int threads) {
     const Buffer p(pose), joint(q), a(psi), g(gc), to(out, true);
     for_each<5>("pose", {&p, &joint, &a, &g, &to}, {2, 1, 0, 0, 1}, threads,
                 [&](const Py_ssize_t* at, double&) {
@@ -217,7 +218,7 @@ void best_gradient_many(const ArmHandle& self, Floats pose, Floats q, Floats psi
                     best.gc = static_cast<int>(g.data<long long>()[at[3]]);
                     best.status = std::isnan(best.q[0]) ? Status::UNREACHABLE : Status::OK;
                     double gradient[6];
-                    best_gradient(self.arm, load_pose(p.data<double>() + at[0]), best, gradient);
+                    best_gradient(self.arm, margin, load_pose(p.data<double>() + at[0]), best, gradient);
                     std::memcpy(to.data<double>() + at[4], gradient, sizeof(gradient));
                     return Problem::none;
                 });
@@ -353,7 +354,7 @@ nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solution
                           owned(std::move(status), 1));
 }
 
-/// Binds solve_few, solve_many, solutions_many and solution_derivative_many.
+/// Binds solve_few, solve_many, solutions_many and the derivatives of solutions.
 template <class Handle>
 void bind_solving_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
@@ -366,6 +367,8 @@ void bind_solving_of(nb::class_<Handle>& arm) {
             "allowed_count"_a.none(), "allowed_psi"_a.none(), "threads"_a, "scene"_a.none());
     arm.def("solution_derivative_many", &solution_derivative_many<Handle>, "pose"_a, "near"_a, "options"_a,
             "q"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
+    arm.def("best_gradient_many", &best_gradient_many<Handle>, "pose"_a, "margin"_a, "q"_a, "psi"_a, "gc"_a,
+            "out"_a, "threads"_a);
 }
 
 }  // namespace
@@ -387,8 +390,6 @@ void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
     nb::class_<SolveOptions>(m, "SolveOptions")
         .def("__init__", &make_solve_options, "metric"_a, "weight"_a, "branches"_a, "margin"_a, "length"_a);
     bind_solving_of(arm);
-    arm.def("best_gradient_many", &best_gradient_many, "pose"_a, "q"_a, "psi"_a, "gc"_a, "out"_a,
-            "threads"_a);
 }
 
 }  // namespace binding

@@ -2,8 +2,7 @@
 
 The derivative of `Arm.forward` is `Arm.jacobian` with `psi` as a seventh row; that of `Arm.inverse` by psi is
 `Arm.self_motion`. psi of an arm with an offset wrist or shoulder is the value of its free joint. All take
-arms of every kind but `margin` and `joint_function`, which raise `UnsupportedError` for all but exact S-R-S
-arms.
+arms of every kind but `joint_function`, which raises `UnsupportedError` for all but exact S-R-S arms.
 """
 
 from __future__ import annotations
@@ -189,9 +188,10 @@ def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) 
     """Return the derivative of the margin of ``solve(pose, prefer="margin")`` with respect to the pose.
 
     At that solution psi cannot increase the distance of the joint nearest to a limit, or two joints are
-    equally near and psi moves them in opposite directions. The gradient is theirs, with psi following. The
-    margin has a kink if two branches or arm angles are equally good, or a third joint is equally near: there
-    the gradient is that of one side, and a step may lead to the other.
+    equally near and psi moves them in opposite directions, or a joint at the singularity margin stops psi.
+    The gradient is theirs, with psi following. The margin has a kink if two branches or arm angles are
+    equally good, or a third joint is equally near: there the gradient is that of one side, and a step may
+    lead to the other.
 
     Parameters
     ----------
@@ -207,12 +207,12 @@ def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) 
     ndarray, shape (..., 6)
         By the velocity of the end effector's origin (rad/m) and by its angular velocity (rad/rad), in the
         frame that poses are given in. NaN if the pose is unreachable, or a deciding joint has no derivative
-        (`inverse`). NaN also if that solution has θ2 or θ6 at 0 or π, unless joint 4 alone decides: two
-        joints share a turn only there, so the margin jumps.
+        (`inverse`), or a fold ends psi. NaN also if that solution has θ2 or θ6 at 0 or π, unless joint 4
+        alone decides: two joints share a turn only there, so the margin jumps.
 
     Raises
     ------
-    As `Arm.solve`, and UnsupportedError for an arm with a scene, an offset or its own chain.
+    As `Arm.solve`, and UnsupportedError for an arm with a scene.
 
     Examples
     --------
@@ -230,8 +230,8 @@ def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) 
     best = arm.solve(pose, prefer="margin", gc=gc)
     poses = as_poses("pose", pose, arm._handle)
     out = np.empty((*poses.shape[:-2], 6))
-    given = poses, np.asarray(best.q), np.asarray(best.psi), np.asarray(best.gc, dtype=np.int64)
-    gradient_many(*given, out, thread_count())
+    given = np.asarray(best.q), np.asarray(best.psi), np.asarray(best.gc, dtype=np.int64)
+    gradient_many(poses, arm.singularity_margin, *given, out, thread_count())
     return out
 
 

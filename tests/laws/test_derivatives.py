@@ -147,11 +147,13 @@ def test_a_batch_is_its_elements_to_the_bit_wherever_they_are() -> None:
         assert np.array_equal(many, one, equal_nan=True)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_the_best_margin_moves_as_said(name: str) -> None:
-    """`gradients.margin` equals differences of the largest margin."""
-    arm, rng = aa.Arm.from_catalogue(name), draw.generator(17, 9)
-    pose = arm.forward(rng.uniform(arm.lower, arm.upper, (draw.count(60), 7)))[0]
+@pytest.mark.parametrize("singular", [0.0, 0.2])
+@pytest.mark.parametrize("name", (*NAMES, "franka_fr3", "fetch", "calibrated kinova_movo"))
+def test_the_best_margin_moves_as_said(name: str, singular: float) -> None:
+    """`gradients.margin` equals differences of the largest margin, also beside a singularity margin."""
+    arm, rng = named(name).with_(singularity_margin=singular), draw.generator(17, 9)
+    low, high = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
+    pose = arm.forward(rng.uniform(low, high, (draw.count(60), 7)))[0]
     twist = rng.normal(size=(len(pose), 6))
     said = (aa.gradients.margin(arm, pose) * twist).sum(-1)
 
@@ -163,8 +165,10 @@ def test_the_best_margin_moves_as_said(name: str) -> None:
     coarse, fine = difference(4e-5), difference(2e-5)
     limit = (4 * fine - coarse) / 3
     smooth = np.abs(fine - coarse) < 1e-4 * (1 + np.abs(fine))  # no switch to others within the steps
-    assert smooth.mean() > 0.8
-    assert (np.abs(said - limit) < 1e-7 * (1 + np.abs(limit)))[smooth].all()
+    known = smooth & np.isfinite(said)
+    assert smooth.mean() > 0.8 and known.sum() >= smooth.sum() * (1.0 if arm.kind == "srs" else 0.6)
+    off = 1e-7 if arm.kind == "srs" else 1e-5  # searches that compare values know psi to half the digits
+    assert (np.abs(said - limit) < off * (1 + np.abs(limit)))[known].all()
     # a joint that cannot be relieved, and two that balance, are both among them
     best = arm.solve(pose, prefer="margin")
     off = np.sort(np.minimum(best.q - arm.lower, arm.upper - best.q), axis=-1)

@@ -39,7 +39,6 @@ def steps(said: str, **asked: Any) -> Rows:
 
 
 OFFSET: Rows = [
-    ("gradients.margin", lambda arm: aa.gradients.margin(arm, pose(arm))),
     ("gradients.joint_function", lambda arm: aa.gradients.joint_function(arm, pose(arm), 0, 1)),
     ("d_4", lambda arm: arm.with_(d_4=0.01)),
     ("reference", lambda arm: arm.with_(reference="stereographic")),
@@ -49,7 +48,6 @@ OWN: Rows = [
     (rf"\b{name}\b.* {CHAIN} of its own: use arm\.", call)
     for name, call in (
         ("gradients.joint_function", lambda arm: aa.gradients.joint_function(arm, pose(arm), 0, 1)),
-        ("gradients.margin", lambda arm: aa.gradients.margin(arm, pose(arm))),
         ("aa.kuka", lambda arm: aa.kuka.to_e1(arm, q(arm))),
     )
 ]

@@ -191,8 +191,9 @@ ARMANGLE_INLINE Pose<Dual> moving(const Pose<double>& pose, const Vec3<Dual::Par
 }  // namespace detail
 
 /// Computes the derivatives of the joints at (pose, psi, gc). Status OK, or UNREACHABLE, FOLDED, BAD_INPUT
-/// with all numbers NaN.
-inline Derivatives inverse_derivative(const Arm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
+/// with all numbers NaN. The seed of other kinds of arm is not needed.
+inline Derivatives inverse_derivative(const Arm& arm, const Pose<double>& pose, double psi, int gc,
+                                      const double* = nullptr) noexcept {
     Derivatives out;
     Rates<double> r;
     out.status = detail::rates_at(arm, pose, psi, gc, r);

@@ -15,7 +15,6 @@
 #pragma once
 
 #include "best_gradient.hpp"
-#include "relaxed.hpp"
 
 #include "../names/begin.hpp"
 
@@ -29,8 +28,8 @@ struct SolutionDerivative {
 };
 
 /// Writes the derivatives of dq_j/dpsi for each joint with respect to the twist and to psi to `out`, in the
-/// seven columns of Derivatives.
-inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, double psi, int gc,
+/// seven columns of Derivatives, at a solution of a pose.
+inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, const Nearest& at,
                               double (&out)[joints][joints]) noexcept {
     const auto variable = [](int k) {
         double lanes[Dual::variables] = {};
@@ -40,10 +39,10 @@ inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, double p
     const Pose<Dual> moved = detail::moving(pose, {variable(0), variable(1), variable(2)},
                                             {variable(3), variable(4), variable(5)});
     const Pose<Dual> flange = flange_pose(arm, moved);
-    const Configuration<double> sign = configuration(gc);
+    const Configuration<double> sign = configuration(at.gc);
     const Configuration<Dual> branch{sign.shoulder, sign.elbow, sign.wrist};
     const Rates<Dual> r =
-        rates(arm, flange, self_motion(arm, circle(arm, flange), branch), sin_cos(Dual(psi, variable(6))));
+        rates(arm, flange, self_motion(arm, circle(arm, flange), branch), sin_cos(Dual(at.psi, variable(6))));
     for (int j = 0; j < joints; ++j) {
         Dual one[joints];
         for (int k = 0; k < joints; ++k) one[k] = Dual(k == j ? 1.0 : 0.0);
@@ -66,29 +65,6 @@ struct PsiSlope {
     }
 };
 
-/// The joint (0 to 6; the first) that stops psi while the cost would still fall: at its limit, or at the
-/// margin to a singular posture; -1 if none does. cost_slope is the cost's derivative with respect to psi.
-template <class AnyArm>
-int stopped_joint(const AnyArm& any, double singularity_margin, const double* q, const Derivatives& d,
-                  double cost_slope) noexcept {
-    const Arm& arm = nominal(any);
-    for (int j = 0; j < joints; ++j) {
-        const double along = cost_slope > 0 ? -d.entry[j][6] : d.entry[j][6];  // dq_j for falling cost
-        const double near = tolerance::angle * (1.0 + abs(along));
-        if (along < 0 && q[j] - arm.limits.lower[j] <= near) return j;
-        if (along > 0 && arm.limits.upper[j] - q[j] <= near) return j;
-        if (singularity_margin == 0) continue;
-        for (const auto& [joint, zero, is_singular] : branch_meetings(any)) {
-            if (joint != j || !is_singular) continue;
-            const SinCos<double> at = sin_cos(to_theta(arm, j, q[j]) - zero);
-            const double off = atan2(at.sin, abs(at.cos));  // from the nearer of 0 and pi
-            const double closing = along * arm.sign[j] * (at.cos < 0 ? -1.0 : 1.0) * (off < 0 ? -1.0 : 1.0);
-            if (closing < 0 && abs(off) - singularity_margin <= near) return j;
-        }
-    }
-    return -1;
-}
-
 /// Computes the derivative of psi for the solution nearest to a seed; false if no condition determines psi.
 template <class AnyArm>
 bool nearest_slope(const AnyArm& arm, double singularity_margin, const Pose<double>& pose,
@@ -99,7 +75,7 @@ bool nearest_slope(const AnyArm& arm, double singularity_margin, const Pose<doub
         cost_slope += options.weight[j] * (best.q[j] - options.near[j]) * d.entry[j][6];
     const int stopped = stopped_joint(arm, singularity_margin, best.q, d, cost_slope);
     double by[joints][joints];
-    slope_derivatives(arm, pose, best.psi, best.gc, by);
+    slope_derivatives(arm, pose, best, by);
     double cross[joints] = {};  // derivatives of cost_slope by twist and psi
     for (int j = 0; j < joints; ++j)
         for (int k = 0; k < joints; ++k)
@@ -137,7 +113,7 @@ bool widest_slope(const AnyArm& arm, double singularity_margin, const Pose<doubl
         return true;
     }
     double by[joints][joints];
-    slope_derivatives(arm, pose, best.psi, best.gc, by);
+    slope_derivatives(arm, pose, best, by);
     const double (&row)[joints] = by[who.flattest->joint];
     // The best psi costs less than a neighbour by more than the search tells: it is off the level place of
     // the parabola by that much at most, unless a fold ends psi before.
@@ -159,7 +135,7 @@ SolutionDerivative solution_derivative(const AnyArm& arm, double singularity_mar
     for (auto& row : out.entry)
         for (double& entry : row) entry = not_a_number;
     if (best.status != Status::OK) return out;
-    const Derivatives d = inverse_derivative(arm, pose, best.psi, best.gc);
+    const Derivatives d = inverse_derivative(arm, pose, best.psi, best.gc, best.q);
     if (d.status != Status::OK || shares_a_turn(arm, best.q)) return out;
     detail::PsiSlope psi;
     const bool is_fixed = options.metric == Metric::margin

@@ -111,11 +111,13 @@ inline void jacobian_change(const Jacobian& jac, const double* w, const double* 
 }  // namespace detail
 
 /// The derivatives of the joints at (pose, psi, gc). Status OK, or a status of inverse() with all numbers
-/// NaN. Derivatives that do not exist are infinite.
+/// NaN. Derivatives that do not exist are infinite. Of several
+/// postures it is that which inverse() finds with this seed.
 template <class AnyArm>
-Derivatives inverse_derivative(const AnyArm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
+Derivatives inverse_derivative(const AnyArm& arm, const Pose<double>& pose, double psi, int gc,
+                               const double* seed = nullptr) noexcept {
     Derivatives out;
-    const Inverse at = inverse(arm, pose, psi, gc);
+    const Inverse at = inverse(arm, pose, psi, gc, seed);
     out.status = at.status;
     for (auto& row : out.entry)
         for (double& entry : row) entry = not_a_number;
@@ -150,11 +152,10 @@ void slope_derivatives_at(const AnyArm& arm, const double* q, const Jacobian& ja
 }  // namespace detail
 
 /// Writes the derivatives of dq_j/dpsi for each joint with respect to the twist and to psi to `out`, in the
-/// seven columns of Derivatives. There must be a solution.
+/// seven columns of Derivatives, at a solution.
 template <class AnyArm>
-void slope_derivatives(const AnyArm& arm, const Pose<double>& pose, double psi, int gc,
+void slope_derivatives(const AnyArm& arm, const Pose<double>&, const Nearest& at,
                        double (&out)[joints][joints]) noexcept {
-    const Inverse at = inverse(arm, pose, psi, gc);
     const Jacobian jac = jacobian(arm, at.q);
     double by[joints][joints];
     detail::derivatives_at(arm, at.q, jac, by);

@@ -21,7 +21,6 @@ _MOST_OFF = np.array([MAX_LENGTH, MAX_ANGLE])
 _NOTHING = 0.02  # of `_MOST_OFF`: a smaller tool is within the accuracy of a calibration
 _ASKED = {
     "joint_function": "gradients.joint_function",
-    "best_gradient_many": "gradients.margin",
     "is_kuka": "aa.kuka",
 }
 
