@@ -162,10 +162,17 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
     ),
     "`aa.place`": (lambda at: aa.place(at.arm, at.pose[None], [0.0], [0.0]),),
     "`aa.reach_map`": (mapped,),
-    "`aa.kuka`": (lambda at: aa.kuka.to_frame(at.arm, at.q),),
-    "`aa.gradients.limit_margin`": (lambda at: aa.gradients.limit_margin(at.arm, at.q),),
-    "`aa.gradients.inverse`, `aa.gradients.solve`": (
+    "`aa.kuka`, `aa.gradients.joint_function`": (
+        lambda at: aa.kuka.to_frame(at.arm, at.q),
+        lambda at: aa.gradients.joint_function(at.arm, at.pose, at.gc, 1),
+    ),
+    "`aa.gradients` without `joint_function`": (
+        lambda at: aa.gradients.feasible(at.arm, at.pose, at.gc),
+        lambda at: aa.gradients.freedom(at.arm, at.pose),
         lambda at: aa.gradients.inverse(at.arm, at.pose, at.psi, at.gc),
+        lambda at: aa.gradients.limit_margin(at.arm, at.q),
+        lambda at: aa.gradients.margin(at.arm, at.pose),
+        lambda at: aa.gradients.psi(at.arm, at.q),
         lambda at: aa.gradients.solve(at.arm, at.pose, at.q + 0.05),
     ),
     "`aa.torch`, `aa.jax`": (of_torch, of_jax),
