@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from support import draw
 from support.needs import missing, need_tool
+from support.programs import SMALL
 
 import armangle as aa
 
@@ -187,7 +188,7 @@ def test_a_listing_compiles_as_printed(code: str, compiler: str, tmp_path: Path)
     if "int main" not in code:
         run(need_tool(compiler), *STRICT, f"-I{INCLUDE}", *system, "-fsyntax-only", source)
         return
-    run(need_tool(compiler), *STRICT, f"-I{INCLUDE}", *system, source, "-o", tmp_path / "listing")
+    run(need_tool(compiler), *STRICT, *SMALL, f"-I{INCLUDE}", *system, source, "-o", tmp_path / "listing")
     assert run(tmp_path / "listing")
 
 
@@ -219,10 +220,13 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copied
 
 
-def build(project: Path, root: Path, compiler: str, folder: Path, program: str, *options: str) -> Path:
+def build(
+    project: Path, root: Path, compiler: str, folder: Path, program: str, *options: str, flags: str = ""
+) -> Path:
     """Build one program of a CMake project against the package at `root`; return its path."""
     found = [f"-Darmangle_ROOT={root}", f"-DCMAKE_CXX_COMPILER={compiler}", "-DCMAKE_BUILD_TYPE="]
-    run(need_tool("cmake"), "-S", project, "-B", folder, *found, *options)
+    given = f"-DCMAKE_CXX_FLAGS={' '.join([*SMALL, flags])}"
+    run(need_tool("cmake"), "-S", project, "-B", folder, *found, given, *options)
     run(need_tool("cmake"), "--build", folder, "--target", program)
     return folder / program
 
@@ -242,9 +246,9 @@ def examples(package: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     `make thorough` optimises them as users do, with g++. `.ci/run` lets no warning pass of the core.
     """
-    strict = f"-DCMAKE_CXX_FLAGS={' '.join([*STRICT, *BARE, *(['-O3'] if draw.COUNT else [])])}"
-    compiler = need_tool("g++" if draw.COUNT else "clang++")
-    return build(EXAMPLES, package, compiler, tmp_path_factory.mktemp("examples"), "all", strict).parent
+    flags = " ".join([*STRICT, *BARE, *(["-O3"] if draw.COUNT else [])])
+    compiler, folder = need_tool("g++" if draw.COUNT else "clang++"), tmp_path_factory.mktemp("examples")
+    return build(EXAMPLES, package, compiler, folder, "all", flags=flags).parent
 
 
 def test_the_posture_example_prints_the_numbers_of_python(arm: aa.Arm, examples: Path) -> None:
