@@ -83,10 +83,11 @@ def test_it_begins_at_the_start_ends_at_the_goal_and_goes_on_from_there(name: st
     assert back.certified and gap(back.q[[0, -1]], np.stack([path.q[-1], READY[name]])) <= 1e-9
 
 
-MEETINGS = (("calibrated kuka_iiwa7_r800", 3, 24, 3), (OWN, 3, 2, 1), (OWN, 4, 2, 0))
+MEETINGS = (("calibrated kuka_iiwa7_r800", 3, 24, 3), (OWN, 4, 2, 0), (OWN, 3, 2, 1))
 """Arms, a joint (0 to 6) with whose angle two branches meet, how many plans are asked, how many begin."""
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize(("name", "joint", "plans", "least"), MEETINGS)
 def test_where_branches_meet_a_plan_begins_at_its_start_and_is_one_motion(
     name: str, joint: int, plans: int, least: int

@@ -111,7 +111,8 @@ def test_over_the_base_axis_the_joints_hardly_move(offset: float) -> None:
     assert np.abs(np.diff(stepped.q, axis=0)).max() < 0.03  # where psi cannot be held, the elbow is
 
 
-@pytest.mark.parametrize("turns", [1.2, 1.7, -1.4])
+@pytest.mark.turns(2)
+@pytest.mark.parametrize("turns", [1.7, 1.2, -1.4])
 def test_a_tool_that_turns_more_than_once(turns: float) -> None:
     """Plans turn the tool several times if joint 7's limits allow it, and say if not."""
     q = np.array([0.2, 0.6, 0.1, -1.3, 0.2, 0.9, -np.sign(turns) * 5.5])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.draw import count
+from support.draw import COUNT, count
 from support.moves import line, proven, refused
 from support.plan_objective import free_lines
 from support.planned_arms import IIWA
@@ -25,7 +25,7 @@ def test_never_slower_than_without_nor_than_an_angle_held(length: float, acceler
     """With Objective(duration) `retime` takes no longer than without, nor than a constant psi."""
     arm = IIWA.with_(acceleration=acceleration)
     gained = []
-    for q, path, held in free_lines(IIWA, length, count(4)):
+    for q, path, held in free_lines(IIWA, length, count(4 if COUNT else 2)):
         plain, fast = (
             aa.plan(arm, path, start=q, objective=aa.Objective(duration=weight)) for weight in (0.0, 100.0)
         )

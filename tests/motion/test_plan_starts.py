@@ -243,7 +243,7 @@ def test_planar_lines_pass_where_two_branches_meet() -> None:
     motion.
     """
     rng, crossed = generator(5), 0
-    for _ in range(count(60)):
+    for _ in range(count(60 if COUNT else 40)):
         path, q = planar_motion(IIWA, rng)
         meets = bool((q[:, [1, 5]].min(axis=0) * q[:, [1, 5]].max(axis=0) < 0).any())
         result = aa.plan(IIWA, path, start=q[0], samples=len(q))

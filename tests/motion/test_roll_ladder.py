@@ -70,7 +70,7 @@ def test_no_roll_by_hand_costs_less(arm: aa.Arm) -> None:
 
 
 @pytest.mark.turns(4)
-@pytest.mark.parametrize("arm", [*ARMS, *OFFSET])
+@pytest.mark.parametrize("arm", [*ARMS[::-1], *OFFSET])
 def test_the_roll_begins_and_ends_with_what_is_given(arm: aa.Arm) -> None:
     """A plan with free roll keeps a start or goal.
 

@@ -184,6 +184,7 @@ def test_what_is_proven_of_a_cell_holds_everywhere_in_it(name: str, tmp_path: Pa
     assert set(np.unique(whole)) <= {0, 1, 2} and (found.section("proven") <= found.section() + 1e-12).all()
 
 
+@pytest.mark.turns(2)
 @of(OFFSET)
 @pytest.mark.parametrize("margin", [0.0, 0.1])
 def test_what_is_proven_of_a_cell_of_an_arm_with_an_offset_holds_everywhere_in_it(

@@ -77,11 +77,14 @@ def moved(frame: Floats, point: Floats) -> Floats:
     return frame[..., :3, :3] @ point + frame[..., :3, 3]
 
 
-def distances(arm: aa.Arm, q: Floats, scene: aa.Scene, far: float | Floats = np.inf) -> Told:
+def distances(
+    arm: aa.Arm, q: Floats, scene: aa.Scene, far: float | Floats = np.inf, gone: float | Floats = 0.0
+) -> Told:
     """Distances (..., pairs) between links and obstacles and between links, and the names of the pairs.
 
-    At joints (..., 7). Links side by side, and pairs that the scene lets touch, are left out. Of those that
-    are farther than `far`, m, a lower bound beyond it is enough.
+    At joints (..., 7), with the obstacles moved by `gone` (..., 3), m. Links side by side, and pairs that
+    the scene lets touch, are left out. Of those that are farther than `far`, m, a lower bound beyond it is
+    enough.
     """
     frames = arm.frames(q)
     assert arm.body is not None
@@ -90,7 +93,7 @@ def distances(arm: aa.Arm, q: Floats, scene: aa.Scene, far: float | Floats = np.
     columns, names = [], []
     for (link, rod), (begin, end) in zip(rods, places, strict=True):
         for obstacle, shape in zip(scene.names, scene.shapes, strict=True):
-            columns.append(segment_distance(begin, end, shape, far + rod.radius) - rod.radius)
+            columns.append(segment_distance(begin - gone, end - gone, shape, far + rod.radius) - rod.radius)
             names.append((obstacle, rod.name or f"link_{link}"))
     for i, (link, rod) in enumerate(rods):
         for k, (other, shape) in enumerate(rods[:i]):
