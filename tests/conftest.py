@@ -15,7 +15,10 @@ from support import draw
 from support.turns import left_out
 
 HERE = Path(__file__).parent
-LONGEST = ("test_consumer.py", "test_retiming.py", "test_browser.py", "test_docs.py", "test_programs.py")
+LONGEST = (
+    "test_consumer.py", "test_retiming.py", "test_browser.py", "test_docs.py", "test_programs.py",
+    "test_joint_motions.py", "test_within_limits.py",
+)  # fmt: skip
 """The files that take longest begin first, so that no worker is left with one at the end."""
 
 settings.register_profile(
