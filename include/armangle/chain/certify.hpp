@@ -14,8 +14,6 @@
 // Analysis (1966); A. Neumaier, Interval Methods (1990), chapter 5.
 #pragma once
 
-#include <optional>
-
 #include "../plan/certify.hpp"
 #include "hull_cells.hpp"
 #include "joint_tube.hpp"
@@ -40,16 +38,17 @@ namespace detail {
 class TubeProver {
 public:
     /// Keeps the curve of the true chain, its given ends, the proof `also` of its nominal arm's curve and a
-    /// singularity margin (rad), and computes the work that the proof may take; `scene` may be null.
+    /// singularity margin (rad), and computes the work that the proof may take; `scene`, the chain among its
+    /// obstacles, may be null.
     TubeProver(const CorrectedCurve& curve, const GivenEnds& ends, const Limits& limits, double margin,
-               const Proof& also, const Scene* scene) noexcept
+               const Proof& also, StraightMove<ChainArm>* scene) noexcept
         : curve_(curve),
           ends_(ends),
           limits_(limits),
           also_(also),
           margin_(margin),
-          sine_(sin_cos(Interval(max(margin, CurveProofTuning::least_margin))).sin.hi) {
-        if (scene) move_.emplace(curve.arm, *scene);
+          sine_(sin_cos(Interval(max(margin, CurveProofTuning::least_margin))).sin.hi),
+          move_(scene) {
         budget_ = static_cast<long long>(curve.curve.stretches.size() + 8) * ChainCertifyTuning::pieces;
     }
 
@@ -97,18 +96,6 @@ private:
         }
     }
 
-    /// By how much joints q lack the singularity margin (rad); <= 0 if they keep it.
-    double singular_by(const double* q) const noexcept {
-        const Arm& nominal = curve_.arm.nominal;
-        double theta[joints], least = infinity;
-        theta_of(nominal, q, theta);
-        for (const int j : {1, 3, 5}) {
-            const double off = abs(wrap(theta[j] - (j == 3 ? nominal.delta_angle : 0.0)));
-            least = min(least, min(off, pi - off));
-        }
-        return margin_ - least;
-    }
-
     /// Samples a stretch, and records how much limits, margin and clearance are violated, or that no posture
     /// is found or, unless the stretch is proven, that a joint jumps.
     void look(const Stretch& x, bool proven) {
@@ -122,8 +109,11 @@ private:
                 short_ = max(short_, -room);
                 if (margin >= -CurveProofTuning::broken) proof_.violated.push_back(s);
             }
-            if (margin_ > 0 && is_finite(here.q) && singular_by(here.q) > CurveProofTuning::broken) {
-                singular_ = max(singular_, singular_by(here.q));
+            const double singular = margin_ > 0 && is_finite(here.q)
+                                        ? margin_ - singular_distance(curve_.arm.nominal, here.q)
+                                        : 0;
+            if (singular > CurveProofTuning::broken) {
+                singular_ = max(singular_, singular);
                 proof_.violated.push_back(s);
             }
             const double step = (x.end - x.start) / looks;
@@ -261,19 +251,19 @@ private:
     bool known_ = false;
     long long budget_;
     double excess_ = -infinity, short_ = 0, singular_ = 0;
-    std::optional<StraightMove<ChainArm>> move_;
+    StraightMove<ChainArm>* const move_;
 };
 
 }  // namespace detail
 
 /// Proves that the true joints of a chain are one motion along a curve between the given ends, and keep
-/// limits, singularity margin (rad) and the clearance of `scene` (null: none). `also` is the proof for the
-/// nominal arm. Returns the ranges of s that are not proven, and where limits or clearance are violated or
-/// the curve is another posture than the motion; `excess` is the largest violation of a limit found (rad; <=
-/// 0: none, infinite: no posture), `short_of` the largest lack of clearance (m), `too_singular` that of the
-/// margin (rad). `work` may be null.
+/// limits, singularity margin (rad) and the clearance of `scene`, the chain among its obstacles (null: none).
+/// `also` is the proof for the nominal arm. Returns the ranges of s that are not proven, and where limits or
+/// clearance are violated or the curve is another posture than the motion; `excess` is the largest violation
+/// of a limit found (rad; <= 0: none, infinite: no posture), `short_of` the largest lack of clearance (m),
+/// `too_singular` that of the margin (rad). `work` may be null.
 inline Proof certify(const CorrectedCurve& curve, const GivenEnds& ends, const Limits& limits, double margin,
-                     const Proof& also, const Scene* scene, double& excess, double& short_of,
+                     const Proof& also, StraightMove<ChainArm>* scene, double& excess, double& short_of,
                      double& too_singular, Work* work = nullptr) {
     detail::TubeProver prover(curve, ends, limits, margin, also, scene);
     Proof out = prover.run(work);

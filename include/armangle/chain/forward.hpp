@@ -46,6 +46,17 @@ inline void theta_of(const Arm& arm, const double* q, double (&theta)[joints]) n
     for (int j = 0; j < joints; ++j) theta[j] = to_theta(arm, j, q[j]);
 }
 
+/// The smallest distance (rad) of theta_2, theta_4 - delta and theta_6 from 0 and pi at joint values q.
+inline double singular_distance(const Arm& nominal, const double* q) noexcept {
+    double theta[joints], least = infinity;
+    theta_of(nominal, q, theta);
+    for (const int j : {1, 3, 5}) {
+        const double off = abs(wrap(theta[j] - (j == 3 ? nominal.delta_angle : 0.0)));
+        least = min(least, min(off, pi - off));
+    }
+    return least;
+}
+
 /// The elbow axis z_3 of the nominal arm, in its base frame: eq. (15), the third column of 0R3.
 template <class T>
 ARMANGLE_INLINE Vec3<T> elbow_axis(const SinCos<T>* a) noexcept {

@@ -9,6 +9,7 @@
 
 #include "../plan/planner.hpp"
 #include "certify.hpp"
+#include "plan_verdicts.hpp"
 
 #include "../names/begin.hpp"
 
@@ -33,12 +34,6 @@ struct ChainPlan : Plan {
 
 namespace detail {
 
-/// Whether two poses differ by at most `off` in position (m) and in rotation (rad).
-inline bool is_same(const Pose<double>& a, const Pose<double>& b, double off) noexcept {
-    const Twist apart = difference(a, b);
-    return max(norm(apart.linear), norm(apart.angular)) <= off;
-}
-
 /// Computes joint values of the nominal arm with the pose, psi and branch that the true arm has at q; q
 /// itself if the nominal arm has that pose there too. False if there are none near q.
 inline bool nominal_joints(const ChainArm& arm, const double* q, double (&out)[joint_slots]) noexcept {
@@ -49,11 +44,6 @@ inline bool nominal_joints(const ChainArm& arm, const double* q, double (&out)[j
     const Inverse found = inverse(arm.nominal, at.pose, at.psi, at.gc, q);
     std::copy(found.q, found.q + joints, out);
     return found.status == Status::OK && largest_move(found.q, q) <= ChainPlanTuning::like;
-}
-
-/// Whether the true arm has the pose at joints q (within rounding of the caller).
-inline bool belongs(const ChainArm& arm, const double* q, const Pose<double>& pose) noexcept {
-    return is_same(tool_pose(arm, q), pose, PlanEndsTuning::on_pose);
 }
 
 /// The largest joint difference (rad) between q and the curve at s; infinite if the curve has no posture
@@ -86,14 +76,26 @@ inline bool refuses_end(const Plan& plan) noexcept {
     });
 }
 
+/// Whether obstacles keep a branch of a plan from a path.
+inline bool is_blocked(const Plan& plan) noexcept {
+    return std::any_of(plan.branches.begin(), plan.branches.end(), [](const BranchReport& x) {
+        return x.touching != 0 || x.status == Status::CLEARANCE || x.status == Status::POSE_BLOCKED;
+    });
+}
+
 /// Plans on the nominal arm with its present base, and corrects and proves the curve for the true chain.
+/// `truth`: the true chain among its obstacles; null without any.
 inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segments, std::size_t n,
                             const double* rows, std::size_t row_count, PlanOptions options,
-                            const Scene* scene) {
+                            StraightMove<ChainArm>* truth, bool lacking) {
+    // the nominal arm keeps more from obstacles by what its links are off, but no more than it has at a given
+    // end that the true chain may have
     Scene wide{};
     const Scene* const wide_alone = &wide;
-    if (options.scenes && scene) {
+    double plain = 0, most_clearance = infinity;
+    if (truth) {
         wide = options.scenes[0];
+        plain = lacking ? infinity : wide.clearance;
         wide.clearance += ChainPlanTuning::wider_least;
         for (const LinkDeviation& off : arm.deviation) wide.clearance += off.position;
         options.scenes = {&wide_alone, 1};
@@ -113,35 +115,61 @@ inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segm
             end.nominal = end.room;
         else if (belongs(arm, end.q, end.pose))
             return refused_end(arm, end.q, end.s, options.branches);
+        if (!truth || lacking) continue;
+        const double none[joints] = {};
+        const double there = proximity(arm.nominal, wide, end.nominal, none).distance;
+        most_clearance = min(most_clearance, there - StraightMoveTuning::rounded);
     }
+    wide.clearance = min(wide.clearance, most_clearance);
+    const auto planned = [&]() {
+        return ChainPlan{plan_within(work, arm.nominal, segments, n, rows, row_count, options), {}, {}};
+    };
     const Limits limits = drawn_in(arm.nominal.limits, options.limit_margin);
     const double asked = options.singularity_margin;
     // where branches meet the true arm may have no posture: first without these places
     options.singularity_margin = max(asked, min(arm.wrist_shift / arm.nominal.reach + arm.turn, most_margin));
+    double excess = 0, short_of = 0, too_singular = 0;
+    // corrects and proves a curve for the true chain, and ends it at the first violation
+    const auto correct = [&](ChainPlan& now, const double* goal) {
+        const Curve drawn{arm.nominal, now.plane, now.gc, {segments, n}, now.stretches};
+        if (now.stretches.empty()) return;
+        now.shifts = lead_shifts(arm, drawn, ends[0].q, goal);
+        const CorrectedCurve curve{arm, drawn, now.shifts};
+        now.proof = certify(curve, {ends[0].q, goal}, limits, asked, now.proof, truth, excess, short_of,
+                            too_singular, &work);
+        auto& violated = now.proof.violated;
+        for (std::size_t i = 0; i < row_count && rows[i] <= now.stretches.back().end; ++i) {
+            if (is_finite(curve.at(rows[i]).q)) continue;
+            violated.push_back(rows[i]);
+            excess = infinity;
+        }
+        std::sort(violated.begin(), violated.end());
+        while (!violated.empty() && !now.stretches.empty() && now.stretches.back().end > violated.front())
+            now.stretches.pop_back();
+    };
     ChainPlan best;
     bool found = false;
     for (int round = 0; round < ChainPlanTuning::plans; ++round) {
-        ChainPlan now{plan_within(work, arm.nominal, segments, n, rows, row_count, options), {}, {}};
+        ChainPlan now = planned();
         if (!now.ok && options.singularity_margin > asked) {
             options.singularity_margin = asked;
-            now = {plan_within(work, arm.nominal, segments, n, rows, row_count, options), {}, {}};
+            now = planned();
         }
+        if (!now.ok && !found && wide.clearance > plain && is_blocked(now)) {
+            wide.clearance = plain;
+            now = planned();
+        }
+        if (!now.ok && found) break;
         if (!now.ok) {
-            if (!found) best = std::move(now);
+            now.proof.open = {0.0, 1.0};
+            correct(now, nullptr);
+            for (BranchReport& x : now.branches)
+                if (x.gc == now.gc && !now.proof.violated.empty())
+                    x.reached = min(x.reached, now.proof.violated.front());
+            best = std::move(now);
             break;
         }
-        const Curve drawn{arm.nominal, now.plane, now.gc, {segments, n}, now.stretches};
-        double excess = 0, short_of = 0, too_singular = 0;
-        now.shifts = lead_shifts(arm, drawn, ends[0].q, ends[1].q);
-        const CorrectedCurve curve{arm, drawn, now.shifts};
-        now.proof = certify(curve, {ends[0].q, ends[1].q}, limits, asked, now.proof, scene, excess, short_of,
-                            too_singular, &work);
-        for (std::size_t i = 0; i < row_count; ++i) {
-            if (is_finite(curve.at(rows[i]).q)) continue;
-            now.proof.violated.push_back(rows[i]);
-            excess = infinity;
-        }
-        std::sort(now.proof.violated.begin(), now.proof.violated.end());
+        correct(now, ends[1].q);
         const bool kept = now.proof.violated.empty();
         now.ok = kept;
         if (!kept) {
@@ -156,17 +184,18 @@ inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segm
             if (short_of > 0) report.status = Status::CLEARANCE;
             report.from = report.reached = now.proof.violated.front();
             report.to = now.proof.violated.back();
-            while (!now.stretches.empty() && now.stretches.back().end > report.from) now.stretches.pop_back();
         }
         for (const End& end : ends) {
             if (!now.ok || !end.q) continue;
-            const double gap = gap_at(curve, end.q, end.s);
+            const Curve drawn{arm.nominal, now.plane, now.gc, {segments, n}, now.stretches};
+            const double gap = gap_at(CorrectedCurve{arm, drawn, now.shifts}, end.q, end.s);
             (end.s > 0 ? now.goal_gap : now.start_gap) = gap;
             const double most =
                 belongs(arm, end.q, end.pose) ? PlanEndsTuning::end_move : tolerance::largest_angle;
             if (!(gap <= most)) now = refused_end(arm, end.q, end.s, options.branches);
         }
-        const bool done = kept || !(excess < infinity) || work.spent();
+        const bool grows = excess > 0 || too_singular > 0 || wide.clearance < most_clearance;
+        const bool done = kept || !grows || !(excess < infinity) || work.spent();
         if (!found || kept) best = std::move(now);
         found = true;
         if (done) break;
@@ -177,7 +206,9 @@ inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segm
             options.singularity_margin = min(options.singularity_margin + more, most_margin);
         }
         if (short_of > 0)
-            wide.clearance += ChainPlanTuning::narrow_factor * short_of + ChainPlanTuning::wider_least;
+            wide.clearance =
+                min(wide.clearance + ChainPlanTuning::narrow_factor * short_of + ChainPlanTuning::wider_least,
+                    most_clearance);
     }
     return best;
 }
@@ -199,18 +230,26 @@ inline Pose<double> base_at(const ChainArm& arm, const double* q) noexcept {
 inline ChainPlan plan(const ChainArm& arm, const Segment* segments, std::size_t n, const double* rows,
                       std::size_t row_count, const PlanOptions& options, const Scene* scene = nullptr) {
     Work work(options.checkpoint, options.work);
-    ChainPlan found = detail::plan_about(work, arm, segments, n, rows, row_count, options, scene);
+    std::optional<StraightMove<ChainArm>> truth;
+    if (scene) truth.emplace(arm, *scene);
+    const detail::PlanVerdicts verdicts(arm, segments, n, options, scene);
+    const auto about = [&](const ChainArm& with) {
+        return detail::plan_about(work, with, segments, n, rows, row_count, options,
+                                  truth ? &*truth : nullptr, verdicts.refuses_end());
+    };
+    ChainPlan found = about(arm);
     for (const double* q : {options.start, options.goal}) {
         if (found.ok || !q || options.allowed || work.spent()) continue;
         if (!detail::belongs(arm, q,
                              q == options.start ? pose_at(segments[0], 0.0) : pose_at(segments[n - 1], 1.0)))
             continue;
         const ChainArm moved = with_base(arm, detail::base_at(arm, q));
-        ChainPlan again = detail::plan_about(work, moved, segments, n, rows, row_count, options, scene);
+        ChainPlan again = about(moved);
         if (!again.ok && !detail::refuses_end(found)) continue;
         found = std::move(again);
         found.base = moved.nominal.base;
     }
+    verdicts.judge(work, found);
     return found;
 }
 

@@ -69,14 +69,14 @@ class Branch:
         Global configuration 0..7.
     verdict : Verdict
         OK: there is a path. UNREACHABLE: the wrist is out of reach. IMPOSSIBLE: at some s no arm angle is
-        within all limits and collision-free. Both are exact, but for an own chain that is nearly S-R-S they
-        are those of its nominal arm, as is START or GOAL for a collision. DEAD_END: every section has arm
-        angles, but the search found none that continues the path; this is not proven. START, GOAL: that
-        configuration violates limits, is in another branch, collides, or is singular, so that no arm angle
-        gives it; or it belongs to a true chain and its nominal arm does not have it (`status`
-        NO_CONVERGENCE). UNRESOLVED: the sections connect, but every curve tried through them violates a
-        limit between, or leads through a fold (`status` NO_POSTURE), or where branches of an own chain meet
-        and nothing is proven (NEAR_SINGULAR); or the search was given up (`given_up`).
+        within all limits and collision-free. Both are exact. DEAD_END: every section has arm angles, but the
+        search found none that continues the path; this is not proven. START, GOAL: that configuration
+        violates limits, is in another branch, collides, or is singular, so that no arm angle gives it; or it
+        belongs to a true chain and its nominal arm does not have it (`status` NO_CONVERGENCE). UNRESOLVED:
+        the sections connect, but every curve tried through them violates a limit between, or leads through a
+        fold (`status` NO_POSTURE), or where branches of an own chain meet and nothing is proven
+        (NEAR_SINGULAR); or only the nominal arm of an own chain is proven to have no solution
+        (NO_CONVERGENCE); or the search was given up (`given_up`).
     status : Status
         The status of the poses in question.
     s_from, s_to : float
@@ -224,6 +224,8 @@ class Branch:
                 return (
                     f"every tested curve enters a region where branches of the arm's own chain meet{where}."
                 )
+            case Verdict.UNRESOLVED if self.status == Status.NO_CONVERGENCE:
+                return f"only the nominal arm, which is searched, is proven to have no solution{where}."
             case Verdict.UNRESOLVED if self.status == Status.NO_POSTURE:
                 return f"every tested curve leads through a fold, where there is no solution{where}."
             case Verdict.UNRESOLVED:
