@@ -113,3 +113,25 @@ def test_a_certified_plan_touches_nothing_between_its_rows(name: str) -> None:
         else:
             assert len(path.uncertified)
     assert certified >= 1
+
+
+def test_no_plan_leads_past_an_obstacle_that_is_too_near_to_the_true_link_0() -> None:
+    """An obstacle that has the clearance from link 0 of the nominal arm but not from the true one blocks."""
+    made, base = ARMS["kuka_iiwa7_r800 2.0 mm"], {0: [aa.Capsule([0, 0, 0], [0, 0, 0.1], 0.08)]}
+    arm, rng, seen = made.with_(body=aa.Body({**base, 4: [aa.Ball([0, 0, 0], 0.05)]})), generator(7), 0
+    only_base = made.with_(body=aa.Body(base)), made.deviation.nominal.with_(body=aa.Body(base))
+    for _ in range(count(12)):
+        x, y = rng.normal(size=2)
+        ball = aa.Ball(np.array([x, y, 0.0]) * 0.2 / np.hypot(x, y) + [0, 0, 0.05], 0.05, name="ball")
+        q = np.array([np.arctan2(-y, -x), 0.5, 0.1, -1.2, 0.2, 0.7, 0.3])
+        true, nominal = (float(one.clearance(q, aa.Scene([ball])).distance) for one in only_base)
+        pose = arm.forward(q)[0]
+        scene = aa.Scene([ball], clearance=(true + nominal) / 2)
+        path = aa.plan(arm.with_(scene=scene), aa.Line(pose, aa.pose([0, 0, 0.01]) @ pose))
+        assert path.ok == (true > nominal)
+        seen += true < nominal
+        if not path.ok:
+            assert {branch.status for branch in path.diagnosis.branches} <= {
+                aa.Status.POSE_BLOCKED, aa.Status.UNREACHABLE, aa.Status.LIMITS,
+            }  # fmt: skip
+    assert seen

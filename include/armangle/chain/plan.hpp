@@ -69,6 +69,19 @@ inline ChainPlan refused_end(const ChainArm& arm, const double* q, double s, uns
     return out;
 }
 
+/// A failed plan if true link 0 touches an obstacle, whatever the joints.
+inline ChainPlan refused_base(unsigned branches) {
+    ChainPlan out;
+    for (int gc = 0; gc < configurations; ++gc) {
+        if (!(branches >> gc & 1u)) continue;
+        BranchReport& report = out.branches.emplace_back();
+        report.gc = gc;
+        report.verdict = Verdict::impossible;
+        report.to = 1;
+    }
+    return out;
+}
+
 /// Whether a plan fails at start or goal in at least one of the branches that its given ends are in.
 inline bool refuses_end(const Plan& plan) noexcept {
     return std::any_of(plan.branches.begin(), plan.branches.end(), [](const BranchReport& x) {
@@ -95,6 +108,7 @@ inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segm
     double plain = 0, most_clearance = infinity;
     if (truth) {
         wide = options.scenes[0];
+        wide.base_tag = 0;  // that of true link 0 counts
         plain = lacking ? infinity : wide.clearance;
         wide.clearance += ChainPlanTuning::wider_least;
         for (const LinkDeviation& off : arm.deviation) wide.clearance += off.position;
@@ -116,9 +130,8 @@ inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segm
         else if (belongs(arm, end.q, end.pose))
             return refused_end(arm, end.q, end.s, options.branches);
         if (!truth || lacking) continue;
-        const double none[joints] = {};
-        const double there = proximity(arm.nominal, wide, end.nominal, none).distance;
-        most_clearance = min(most_clearance, there - StraightMoveTuning::rounded);
+        const double room = StraightMove(arm.nominal, wide).nearest_pair(end.nominal, infinity).room;
+        most_clearance = min(most_clearance, wide.clearance + room - StraightMoveTuning::rounded);
     }
     wide.clearance = min(wide.clearance, most_clearance);
     const auto planned = [&]() {
@@ -237,9 +250,10 @@ inline ChainPlan plan(const ChainArm& arm, const Segment* segments, std::size_t 
         return detail::plan_about(work, with, segments, n, rows, row_count, options,
                                   truth ? &*truth : nullptr, verdicts.refuses_end());
     };
-    ChainPlan found = about(arm);
+    const bool touches = scene && scene->base_tag;
+    ChainPlan found = touches ? detail::refused_base(options.branches) : about(arm);
     for (const double* q : {options.start, options.goal}) {
-        if (found.ok || !q || options.allowed || work.spent()) continue;
+        if (found.ok || touches || !q || options.allowed || work.spent()) continue;
         if (!detail::belongs(arm, q,
                              q == options.start ? pose_at(segments[0], 0.0) : pose_at(segments[n - 1], 1.0)))
             continue;

@@ -37,8 +37,8 @@ struct ChainVerdictTuning {
 /// Judges the reports of a search on the nominal arm by the true chain.
 class PlanVerdicts {
 public:
-    /// Keeps references to the chain, the path of n segments and the options of the plan. `truth`: the chain
-    /// among its obstacles, prepared as `scene`; both null without any.
+    /// Keeps references to the chain, the path of n segments, the options of the plan and the obstacles,
+    /// prepared for the true chain; null without any.
     PlanVerdicts(const ChainArm& arm, const Segment* segments, std::size_t n, const PlanOptions& options,
                  const Scene* scene)
         : arm_(arm),
@@ -108,6 +108,8 @@ private:
         ProvenArcs found = arcs(gc, s, limits_);
         const Exclusion by_limits{found.status, 0};
         if (by_limits.out_of_reach() || (found.arcs.empty() && found.unproven == 0)) return by_limits;
+        if (const Tag at_rest = scene_ ? rest_contact(arm_, *scene_, pose(s)) : 0)
+            return {Status::POSE_BLOCKED, at_rest};
         if (options_.allowed) {
             ArcSet asked, some;
             options_.allowed(s, asked);
