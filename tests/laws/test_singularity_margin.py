@@ -221,6 +221,7 @@ def test_arcs_solutions_and_plans_of_a_calibrated_arm_keep_the_margin(arm: aa.Ar
     assert certified > 1
 
 
+@pytest.mark.turns(2)
 @EVERY
 def test_turns_explain_maps_and_trackers_keep_the_margin(arm: aa.Arm) -> None:
     rng = np.random.default_rng(7)

@@ -248,8 +248,9 @@ def test_a_way_round_is_found_or_that_there_is_none_is_said() -> None:
     assert ends.count(aa.Tracking.FOLLOWING) >= 0.9 * len(ends)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
-@pytest.mark.parametrize("swing", [0.0, 0.008])
+@pytest.mark.parametrize("swing", [0.008, 0.0])
 def test_a_hand_that_trembles_is_led_round_too(swing: float) -> None:
     """A tracker with a filter comes as near to a hand with noise or swing as to one at rest."""
     arm = with_body("kuka_iiwa14_r820")
