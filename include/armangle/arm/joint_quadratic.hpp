@@ -1,7 +1,8 @@
 // Bounded least squares over seven joints: min 1/2 x' H x - g' x, lower <= x <= upper.
 //
 // An active-set method. Each sweep solves for the free joints and stops at the first bound, which it
-// activates. If no bound interferes, it releases the bound with the steepest descent. Every sweep lowers the
+// activates. If no bound interferes, it releases the bound with the steepest descent, and ends if the
+// released joint stops at once at this bound again: then the descent was rounding. Every sweep lowers the
 // cost. If the sweeps run out, the result is still feasible and better than the start.
 // Source: J. Nocedal, S. Wright, Numerical Optimization (2006), algorithm 16.3.
 #pragma once
@@ -104,6 +105,7 @@ void minimise(const JointQuadratic& p, const double* lower, const double* upper,
               const Solve& solve) noexcept {
     bool free[joints];
     double scale = 0;
+    int released = -1;
     for (int j = 0; j < joints; ++j) {
         x[j] = min(max(x[j], lower[j]), upper[j]);
         free[j] = x[j] > lower[j] && x[j] < upper[j];
@@ -127,12 +129,14 @@ void minimise(const JointQuadratic& p, const double* lower, const double* upper,
         for (int j = 0; j < joints; ++j)
             if (free[j]) x[j] = min(max(x[j] + share * (y[j] - x[j]), lower[j]), upper[j]);
         if (blocking >= 0) {
+            if (blocking == released && !(share > 0)) return;
+            released = -1;
             x[blocking] = y[blocking] < lower[blocking] ? lower[blocking] : upper[blocking];
             free[blocking] = false;
             continue;
         }
         double worst = JointQuadraticTuning::pull * scale;
-        int released = -1;
+        released = -1;
         for (int j = 0; j < joints; ++j) {
             if (free[j] || !(lower[j] < upper[j])) continue;
             double slope = -p.g[j];

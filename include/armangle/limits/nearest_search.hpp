@@ -86,12 +86,12 @@ public:
             }
         Nearest out = nothing();
         any_ = true;
-        for (int elbow = 0; elbow < 2 && out.status != Status::OK; ++elbow) {
-            if (!elbow_[elbow].hides) continue;
-            try_bends(elbow, out);
-            search_near_singular(elbow, out);
-            look_at_limits(elbow, out);
-        }
+        if (search_bends(out))
+            for (int elbow = 0; elbow < 2 && out.status != Status::OK; ++elbow) {
+                if (!elbow_[elbow].hides) continue;
+                search_near_singular(elbow, out);
+                look_at_limits(elbow, out);
+            }
         return out.status == Status::OK ? out : proven(out);
     }
 
@@ -345,41 +345,48 @@ private:
     }
 
     /// Replaces `out` by any solution with a bend of the elbow that the pose does not distinguish from its
-    /// own. Near theta_2 or theta_6 = 0 such a small bend moves their neighbours far.
-    void try_bends(int elbow, Nearest& out) noexcept {
-        const BendRange bends = bends_of(arm_, circle_.distance);
-        const auto &w = circle_.w, &e = circle_.tool_e, &z = circle_.tool_z;
-        const double sine[hinges] = {hypot(w.x, w.y), hypot(e.z, z.z)};
-        double last = not_a_number;
-        const auto look = [&](double bend) {
-            bend = min(max(bend, bends.least), bends.most);
-            if (bend == last) return;
-            last = bend;
-            SelfMotion<double> m =
-                self_motion(arm_, with_bend(arm_, circle_, bend), configuration(2 * elbow));
-            for (int branch = 0; branch < 4 && out.status != Status::OK; ++branch) {
-                const int gc = gc_of(elbow, branch);
-                if (!(options_.branches >> gc & 1) || possible(gc).empty()) continue;
-                m.gc = configuration(gc);
-                ArcSet arcs;
-                if (feasible(m, limits_, arcs) != Status::OK) continue;
+    /// own. Near theta_2 or theta_6 = 0 such a small bend moves their neighbours far. Ranges of bends without
+    /// a possible psi are discarded, others are divided, the first ones first. Returns whether a branch stays
+    /// undecided: its arcs at some bend lead to no solution, or there are too many ranges.
+    bool search_bends(Nearest& out) noexcept {
+        struct Range {
+            int gc;
+            BendRange bends;
+        } queue[configurations + 2 * NearestTuning::bends];
+        int count = 0;
+        for (int gc = 0; gc < configurations; ++gc)
+            if (elbow_[gc >> 1 & 1].hides && is_in(gc, options_.branches) && !possible(gc).empty())
+                queue[count++] = {gc, bends_of(arm_, circle_.distance)};
+        unsigned undecided = 0;
+        for (int i = 0; i < count; ++i) {
+            if (i == NearestTuning::bends) return true;
+            const auto [gc, bends] = queue[i];
+            if (is_in(gc, undecided)) continue;
+            const double middle = sqrt(max(bends.least, LocalSolveTuning::meets) * bends.most);
+            const SelfMotion<double> m =
+                self_motion(arm_, with_bend(arm_, circle_, middle), configuration(gc));
+            ArcSet arcs;
+            detail::possible(limits_, m, turn_slack(arm_, circle_, middle, bends), arcs);
+            if (arcs.empty()) continue;
+            if (feasible(m, limits_, arcs) == Status::OK) {
                 int widest = 0;
-                for (int i = 1; i < arcs.count; ++i)
-                    if (arcs.arc[i].upper - arcs.arc[i].lower >
+                for (int k = 1; k < arcs.count; ++k)
+                    if (arcs.arc[k].upper - arcs.arc[k].lower >
                         arcs.arc[widest].upper - arcs.arc[widest].lower)
-                        widest = i;
+                        widest = k;
                 const double psi = 0.5 * (arcs.arc[widest].lower + arcs.arc[widest].upper);
                 const Joints q = joints_within_limits(arm_, directions(m, sin_cos(psi)), nullptr);
-                const Nearest found = moved_onto_pose(q, gc, {});
-                if (found.status == Status::OK) out = found;
+                out = moved_onto_pose(q, gc, {});
+                if (out.status == Status::OK) return false;
+                undecided |= 1u << gc;
+            } else if (bends.most - bends.least <= LocalSolveTuning::meets) {
+                undecided |= 1u << gc;
+            } else {
+                queue[count++] = {gc, {bends.least, middle}};
+                queue[count++] = {gc, {middle, bends.most}};
             }
-        };
-        for (const double end : {bends.least, bends.most}) look(end);
-        for (const double size : sine)
-            for (const double bend : {0.5 * size, size, 2.0 * size}) {
-                look(bend);
-                look(pi - bend);
-            }
+        }
+        return undecided != 0;
     }
 
     /// Starts searches at psi in all branches of an elbow sign that may be nearer, with and without shared

@@ -32,9 +32,10 @@ inline double shoulder_angle(const Arm& arm, const SinCos<double>& eta) noexcept
 struct BendRange {
     double least, most;
 };
-/// The range of the elbow angle (rad) for a distance n (m) of the wrist, with the tolerance of the search.
+/// The range of the elbow angle (rad) for a distance n (m) of the wrist, with the tolerance of the search:
+/// the position of a solved pose and its rotation may both be off.
 inline BendRange bends_of(const Arm& arm, double n) noexcept {
-    const double off = LocalSolveTuning::meets * arm.size;
+    const double off = sqrt(2.0) * LocalSolveTuning::meets * arm.size;
     return {bend_at(arm, n + off), bend_at(arm, max(n - off, 0.0))};
 }
 
@@ -45,18 +46,38 @@ inline Circle<double> with_bend(const Arm& arm, Circle<double> c, double bend) n
     return c;
 }
 
-/// How far (rad) the frames next to the elbow, and theta_4, may rotate while a pose stays solved. If the
-/// elbow may be stretched or folded, this includes its other sign.
-inline double turn_slack(const Arm& arm, const Circle<double>& c) noexcept {
+/// How far (rad) the frames of upper arm and forearm, and theta_4, may rotate while a pose stays solved.
+struct TurnSlack {
+    double arm[hinges], elbow;
+};
+/// The rotations if the elbow bends by any angle of `range` instead of `here` (rad), with the tolerance of a
+/// solved pose.
+inline TurnSlack turn_slack(const Arm& arm, const Circle<double>& c, double here,
+                            const BendRange& range) noexcept {
+    const double rest = 4.0 * LocalSolveTuning::meets * (1.0 + arm.size / c.distance);
+    TurnSlack out{{0.0, 0.0}, 0.0};
+    for (const double end : {range.least, range.most}) {
+        const double elbow = end - here,
+                     upper = shoulder_angle(arm, sin_cos(end)) - shoulder_angle(arm, sin_cos(here));
+        out.arm[0] = max(out.arm[0], abs(upper));
+        out.arm[1] = max(out.arm[1], abs(elbow - upper));
+        out.elbow = max(out.elbow, abs(elbow));
+    }
+    for (double& slack : out.arm) slack += rest;
+    out.elbow += rest;
+    return out;
+}
+
+/// The rotations over all bends at which the pose counts as solved. If the elbow may be stretched or folded,
+/// this includes its other sign.
+inline TurnSlack turn_slack(const Arm& arm, const Circle<double>& c) noexcept {
     const BendRange bends = bends_of(arm, c.distance);
-    const double here = atan2(c.triangle.eta.sin, c.triangle.eta.cos);
-    const auto turn = [&arm](double from, double to) {
-        const double other = shoulder_angle(arm, sin_cos(to)) - shoulder_angle(arm, sin_cos(from));
-        return abs(to - from) + abs(other);
-    };
-    double most = max(turn(here, bends.least), turn(here, bends.most));
-    if (!(bends.least > 0 && bends.most < pi)) most = 2.0 * (most + turn(bends.least, bends.most));
-    return most + 4.0 * LocalSolveTuning::meets * (1.0 + arm.size / c.distance);
+    TurnSlack out = turn_slack(arm, c, atan2(c.triangle.eta.sin, c.triangle.eta.cos), bends);
+    if (bends.least > 0 && bends.most < pi) return out;
+    const TurnSlack across = turn_slack(arm, c, bends.least, bends);
+    for (int side = 0; side < 2; ++side) out.arm[side] = 2.0 * (out.arm[side] + across.arm[side]);
+    out.elbow = 2.0 * (out.elbow + across.elbow);
+    return out;
 }
 
 /// The arc where a boundary function is negative; empty or full if it has no root.
@@ -72,8 +93,7 @@ inline Arc negative_arc(const Harmonic<double>& B) noexcept {
 /// Writes the psi at which no joint but the fourth violates its limits by more than the slack (rad). The
 /// signs of theta_2 and theta_6 are those of the branch, whatever the joint functions have.
 inline void possible(const LimitTable& t, const SelfMotion<double>& m, const JointFunctions<double>& f,
-                     double slack, ArcSet& out) noexcept {
-    slack += 2.0 * tolerance::angle;  // so that no gap is lost as too narrow
+                     const TurnSlack& slack, ArcSet& out) noexcept {
     const bool lost[hinges] = {shoulder_singular(m), wrist_singular(m)};
     const double sign[hinges] = {m.gc.shoulder, m.gc.wrist};
     Blocked blocked;
@@ -87,12 +107,16 @@ inline void possible(const LimitTable& t, const SelfMotion<double>& m, const Joi
         const Harmonic<double>&U = f.pivot[p].U, &V = f.pivot[p].V;
         const auto beyond = [&](int limit) {
             const double u = sign[p / 2] * t.u[limit], v = sign[p / 2] * t.v[limit];
-            return negative_arc({u * U.s + v * V.s, u * U.c + v * V.c, u * U.k + v * V.k + slack});
+            const double s = u * U.s + v * V.s, c = u * U.c + v * V.c;
+            // so that no gap is lost as too narrow
+            const double apart = 2.0 * tolerance::angle * hypot(s, c);
+            return negative_arc({s, c, u * U.k + v * V.k + slack.arm[p / 2] + apart});
         };
         block(t.cone[p].wide, beyond(p), beyond(pivots + p));
     }
-    const double off = slack + sqrt(2.0 * tolerance::touching);  // the cosine of a hinge is rounded too
     for (int h = 0; h < hinges; ++h) {
+        // the cosine of a hinge is rounded too
+        const double off = slack.arm[h] + 2.0 * tolerance::angle + sqrt(2.0 * tolerance::touching);
         const int negative = sign[h] < 0, count = t.piece_count[h][negative];
         const HingePiece* piece = t.piece[h][negative];
         const Harmonic<double>& H = f.hinge[h].H;
@@ -111,13 +135,16 @@ inline void possible(const LimitTable& t, const SelfMotion<double>& m, const Joi
     free_arcs(blocked, out);
 }
 
-/// Writes the psi at which a branch may have solutions. Elsewhere there is certainly none, with all rounding
-/// of the pose.
-[[gnu::noinline, gnu::cold]] inline void possible(const Arm& arm, const LimitTable& t,
-                                                  const SelfMotion<double>& m, ArcSet& out) noexcept {
-    const double slack = turn_slack(arm, m.circle);
+/// Writes the psi at which a branch may have solutions with the slack of turn_slack(). Elsewhere there is
+/// certainly none, with all rounding of the pose.
+[[gnu::noinline, gnu::cold]] inline void possible(const LimitTable& t, const SelfMotion<double>& m,
+                                                  const TurnSlack& slack, ArcSet& out) noexcept {
     make_empty(out);
-    if (t.elbow.contains(m.elbow.theta_4, slack)) possible(t, m, joint_functions(m), slack, out);
+    if (t.elbow.contains(m.elbow.theta_4, slack.elbow)) possible(t, m, joint_functions(m), slack, out);
+}
+/// The same with the slack of all bends of the elbow.
+inline void possible(const Arm& arm, const LimitTable& t, const SelfMotion<double>& m, ArcSet& out) noexcept {
+    possible(t, m, turn_slack(arm, m.circle), out);
 }
 
 }  // namespace detail

@@ -68,6 +68,7 @@ struct NearestTuning {
     static constexpr double seed = 0.3;    // the same for the seed, and for starts that represent many
     static constexpr double gain = 1e-11;  // rad: ignore smaller improvements near another solution
     static constexpr int halvings = 40;    // bisections of the range of a largest cost
+    static constexpr int bends = 64;  // largest number of ranges of the elbow's bend that a search looks at
     static constexpr int local_rounds =
         1200;  // rounds of solve_locally() for one pose, of some microseconds each
 };
