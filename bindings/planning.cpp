@@ -217,19 +217,20 @@ ChainPlan planned(const A& arm, const Segment* segments, std::size_t n, const do
     return {plan(arm, segments, n, options), {}, {}};
 }
 
-/// Plans a path and returns (ok, gc, plane, stretches, open, start gap, goal gap, branches, shifts, base).
-/// rows: values of s that must be sections of the plan (ignored with an offset). branches: a bit for each.
-/// weights: limits, singularities, travel, enough, psi, duration, and seven velocities and accelerations.
-/// wished: psi at equal steps of s, or the elbow's point or direction; None without a target. allowed: count
-/// and arcs, the same for every s; allowed_at: a function of s that returns them. scenes: each for an equal
-/// part of the path. held_q_7: q of joint 7 if the roll is free. true_scene: the scene of an arm with its own
-/// chain; `scenes` are then those of its nominal arm.
+/// Plans a path and returns (ok, gc, plane, stretches, open, start gap, goal gap, branches, work left,
+/// shifts, base). rows: values of s that must be sections of the plan (ignored with an offset). branches: a
+/// bit for each. weights: limits, singularities, travel, enough, psi, duration, and seven velocities and
+/// accelerations. wished: psi at equal steps of s, or the elbow's point or direction; None without a target.
+/// allowed: count and arcs, the same for every s; allowed_at: a function of s that returns them. scenes: each
+/// for an equal part of the path. held_q_7: q of joint 7 if the roll is free. true_scene: the scene of an arm
+/// with its own chain; `scenes` are then those of its nominal arm. work: that the plan may take. rate_only:
+/// rates the branches by their searches, and proves no curve.
 template <class Handle>
 nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
                      Wish wish, Floats wished, const std::vector<const SceneHandle*>& scenes,
                      Ints allowed_count, Floats allowed_psi, nb::object allowed_at, double held_q_7,
-                     const SceneHandle* true_scene, int threads) {
+                     const SceneHandle* true_scene, int threads, long long work, bool rate_only) {
     const Buffer g(segments), r(rows), w(weights);
     Buffer from, to;
     PlanOptions options;
@@ -259,6 +260,8 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
     options.limit_margin = limit_margin;
     options.held_q_7 = held_q_7;
     options.threads = threads;
+    options.work = work;
+    options.rate_only = rate_only;
     std::vector<const Scene*> views;
     for (const SceneHandle* scene : scenes) views.push_back(&scene->view);
     options.scenes = {views.data(), static_cast<int>(views.size())};
@@ -303,7 +306,8 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
     }
     const auto &p = out.plane.pole, &s = out.plane.side;
     return nb::make_tuple(out.ok, out.gc, as_array({p.x, p.y, p.z, s.x, s.y, s.z}, 6), stretches,
-                          as_array(out.proof.open, 2), out.start_gap, out.goal_gap, reports, shifts, base);
+                          as_array(out.proof.open, 2), out.start_gap, out.goal_gap, reports, out.work_left,
+                          shifts, base);
 }
 
 /// A view of the arrays of a curve.
@@ -590,7 +594,7 @@ void bind_planning_of(nb::class_<Handle>& arm) {
     arm.def("plan_path", &plan_path<Handle>, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(),
             "branches"_a, "weights"_a, "singularity_margin"_a, "limit_margin"_a, "wish"_a, "wished"_a.none(),
             "scenes"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "allowed_at"_a.none(), "held_q_7"_a,
-            "true_scene"_a.none(), "threads"_a);
+            "true_scene"_a.none(), "threads"_a, "work"_a, "rate_only"_a);
     arm.def("curve_at", &curve_at<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "roll_free"_a,
             "shifts"_a, "base"_a.none(), "s"_a, "q"_a, "psi"_a, "branch"_a, "pose"_a, "margin"_a,
             "residual"_a);
@@ -649,6 +653,8 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("UNRESOLVED", Verdict::unresolved);
     m.attr("SEGMENT_WIDTH") = segment_width;
     m.attr("STRETCH_WIDTH") = stretch_width;
+    m.attr("PLAN_WORK") = WorkTuning::plan;
+    m.attr("PROOF_WORK") = WorkTuning::proofs;
     m.def("path_waypoints", &path_waypoints, "poses"_a, "s"_a, "out"_a);
     m.def("path_line", &path_line, "start"_a, "end"_a, "fixed"_a, "out"_a);
     m.def("path_screw", &path_screw, "start"_a, "point"_a, "direction"_a, "angle"_a, "advance"_a, "carried"_a,

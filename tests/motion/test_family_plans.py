@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import pickle
 from functools import cache
 from pathlib import Path
@@ -199,9 +200,10 @@ def test_ends_that_are_none_of_the_path_are_refused(name: str) -> None:
     refused(aa.InputError, "goal belongs to another pose", aa.plan, path.arm, path.poses, goal=start)
     beyond = aa.plan(limited(path.arm, 0, upper=start[0] - 0.05), path.poses, start=start)
     assert not beyond.ok and "beyond the upper one of joint 1" in beyond.explain()
-    free, away = limited(path.arm, 4, lower=-np.inf, upper=np.inf), 2 * np.pi * np.eye(7)[4]
-    for turns in (1, -1):
-        turned_goal = aa.plan(free, path.poses, start=start, goal=path.q[-1] + turns * away)
+    away = 2 * np.pi * np.eye(7)[4]
+    for turns, limit in itertools.product((1, -1), (np.inf, 4 * np.pi)):
+        wide = limited(path.arm, 4, lower=-limit, upper=limit)
+        turned_goal = aa.plan(wide, path.poses, start=start, goal=path.q[-1] + turns * away)
         assert not turned_goal.ok and "the goal has a joint a whole turn from" in turned_goal.explain()
         assert turned_goal.diagnosis is not None
         assert turned_goal.diagnosis.branches[0].status == aa.Status.JOINT_JUMP

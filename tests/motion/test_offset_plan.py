@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import draw
-from support.calibrated import calibrated
+from support.calibrated import calibrated, off, own_links
 from support.gradients import named
 from support.offset_search import can_follow, straight_lines
 from support.touching import distances
@@ -324,3 +324,17 @@ def test_a_curve_without_a_solution_between_the_samples_is_no_plan(start: Any, w
     widths = np.diff(arcs.intervals, axis=-1)[..., 0]
     widths[np.arange(widths.shape[1]) >= np.asarray(arcs.count)[:, None]] = np.inf
     assert widths.min() < 1e-4
+
+
+def test_a_plan_beside_a_fold_does_not_end_at_another_solution_of_its_goal() -> None:
+    """On an own chain one value of the free joint has two solutions beside a fold: a plan ends at the given
+    one, or is not ok.
+    """
+    arm = aa.Arm.from_catalogue("fetch")
+    arm = arm.with_(chain=off(own_links(arm), 1.0, 1.0, np.random.default_rng(17)))
+    start = [-0.819325758721958, -0.16197959373824566, -4.49525372066633, 0.060315198154306165]
+    start += [2.5040509046030133, 0.2273484619161595, -2.1833868558741054]
+    goal = [-1.079805608918027, -0.3495613692506395, -4.71238898038469, 0.11267115736311631]
+    goal += [1.3693780948707692, 0.3412298817948881, 0.09976422875263768]
+    path = aa.plan(arm, aa.Line(*arm.forward([start, goal])[0]), start=start, goal=goal)
+    assert not path.ok or np.abs(path.q[[0, -1]] - [start, goal]).max() <= 1e-7

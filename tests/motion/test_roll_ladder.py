@@ -11,7 +11,7 @@ from support.planned_arms import IIWA
 
 import armangle as aa
 from armangle._progress import Progress
-from armangle.motion.rolling import best_planned, ladder
+from armangle.motion.rolling import best_planned, ladder, rate
 
 TORCH = aa.pose([0.05, 0.0, 0.2], rpy=[0.0, np.radians(45), 0.0])
 """A welding torch: its wire leans by 45 degrees against axis 7."""
@@ -222,23 +222,51 @@ def test_of_rolls_that_all_fail_the_furthest_is_told_of() -> None:
     assert "Of 72 rolls about the tool's z axis that were tried" in free.explain()
 
 
+class Asked:
+    """A request of plans with 5 rows, rated by such plans; `most` is the number of plans that it permits."""
+
+    def __init__(self, most: int) -> None:
+        """Begin without plans."""
+        self.most = most
+        self.rates: list[aa.JointPath] = []
+        self.plans: list[aa.JointPath] = []
+
+    @property
+    def spent(self) -> bool:
+        """Whether no more plans are permitted."""
+        return len(self.plans) >= self.most
+
+    def rated(self, path: aa.Path, tell: Progress) -> tuple[bool, float]:
+        """Return the rating of a plan, which is kept in `rates`."""
+        self.rates.append(aa.plan(ARMS[0], path, samples=5, progress=tell))
+        return rate(self.rates[-1].diagnosis.branches)
+
+    def planned(self, path: aa.Path, tell: Progress) -> aa.JointPath:
+        """Return a plan, which is kept in `plans`."""
+        self.plans.append(aa.plan(ARMS[0], path, samples=5, progress=tell))
+        return self.plans[-1]
+
+
 def test_a_tool_that_stands_takes_the_first_roll_that_costs_nothing() -> None:
-    """`best_planned` tries rolls until one costs nothing, and reports progress that rises."""
-    arm = ARMS[0]
-    pose = arm.forward(POSTURE)[0]
+    """`best_planned` rates rolls until one costs nothing, and reports progress that rises."""
+    pose = ARMS[0].forward(POSTURE)[0]
     path = aa.Line(pose, pose)
-    tried: list[aa.JointPath] = []
-    told: list[int] = []
-
-    def planned(turned: aa.Path, tell: Progress) -> aa.JointPath:
-        """Plan a path, and keep the plan in `tried`."""
-        tried.append(aa.plan(arm, turned, samples=5, progress=tell))
-        return tried[-1]
-
-    best = best_planned(arm, path, None, None, planned, lambda done, total: told.append(done))
-    assert best.certified and best is tried[-1] and cost(best) < 1e-24
-    assert all(not plan.certified or cost(plan) > 1e-24 for plan in tried[:-1])
-    assert len(tried) < len(ladder(arm, path, None, None)) and told == sorted(told) and told
-    result = aa.plan(arm, path, roll="free")
+    asked, told = Asked(72), list[int]()
+    best = best_planned(ARMS[0], path, None, None, asked, lambda done, total: told.append(done))
+    assert best.certified and cost(best) < 1e-24 and len(asked.plans) == 1
+    assert all(not plan.certified or cost(plan) > 1e-24 for plan in asked.rates[:-1])
+    assert len(asked.rates) < len(ladder(ARMS[0], path, None, None)) and told == sorted(told) and told
+    result = aa.plan(ARMS[0], path, roll="free")
     assert result.certified
     np.testing.assert_allclose(result.q[0], best.q[0], atol=1e-12)
+
+
+@pytest.mark.parametrize("most", [1, 72])
+def test_rolls_are_planned_in_the_order_of_cost(most: int) -> None:
+    """`best_planned` plans the roll of least cost first, and no more once the work is spent."""
+    _, path = seam(ARMS[0], generator(16, 54))
+    asked = Asked(most)
+    best = best_planned(ARMS[0], path, None, None, asked, lambda done, total: None)
+    costs = sorted(cost(plan) for plan in asked.rates if plan.ok)
+    assert len(costs) > 1 and best.certified and len(asked.plans) <= most
+    assert cost(asked.plans[0]) == costs[0] and cost(best) == costs[0]

@@ -96,6 +96,12 @@ inline bool is_blocked(const Plan& plan) noexcept {
     });
 }
 
+/// Whether the search has found a path in a branch.
+inline bool has_way(const Plan& plan) noexcept {
+    return std::any_of(plan.branches.begin(), plan.branches.end(),
+                       [](const BranchReport& x) { return x.verdict == Verdict::ok; });
+}
+
 /// Plans on the nominal arm with its present base, and corrects and proves the curve for the true chain.
 /// `truth`: the true chain among its obstacles; null without any.
 inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segments, std::size_t n,
@@ -164,6 +170,7 @@ inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segm
     bool found = false;
     for (int round = 0; round < ChainPlanTuning::plans; ++round) {
         ChainPlan now = planned();
+        if (options.rate_only && has_way(now)) return now;
         if (!now.ok && options.singularity_margin > asked) {
             options.singularity_margin = asked;
             now = planned();
@@ -253,7 +260,8 @@ inline ChainPlan plan(const ChainArm& arm, const Segment* segments, std::size_t 
     const bool touches = scene && scene->base_tag;
     ChainPlan found = touches ? detail::refused_base(options.branches) : about(arm);
     for (const double* q : {options.start, options.goal}) {
-        if (found.ok || touches || !q || options.allowed || work.spent()) continue;
+        const bool rated = options.rate_only && detail::has_way(found);
+        if (found.ok || rated || touches || !q || options.allowed || work.spent()) continue;
         if (!detail::belongs(arm, q,
                              q == options.start ? pose_at(segments[0], 0.0) : pose_at(segments[n - 1], 1.0)))
             continue;
@@ -263,7 +271,8 @@ inline ChainPlan plan(const ChainArm& arm, const Segment* segments, std::size_t 
         found = std::move(again);
         found.base = moved.nominal.base;
     }
-    verdicts.judge(work, found);
+    if (!options.rate_only) verdicts.judge(work, found);
+    found.work_left = work.left();
     return found;
 }
 

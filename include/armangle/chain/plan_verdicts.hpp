@@ -68,7 +68,8 @@ public:
             } else if (x.verdict == Verdict::unreachable || x.verdict == Verdict::impossible) {
                 judge_range(work, x);
             } else if (own && (x.verdict == Verdict::start || x.verdict == Verdict::goal) &&
-                       x.status != Status::OUTSIDE && x.status != Status::NO_CONVERGENCE) {
+                       x.status != Status::OUTSIDE && x.status != Status::NO_CONVERGENCE &&
+                       x.status != Status::JOINT_JUMP) {
                 leave_open(x);
             }
         }

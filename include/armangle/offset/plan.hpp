@@ -29,8 +29,11 @@ Plan planned_of(const F& family, const Segment* segments, std::size_t n, const P
     const auto planned = [&](const PlanOptions& asked) {
         return FamilyPlanner(family, segments, n, asked, work, tuning).run();
     };
-    return fastest(options, work, planned,
-                   [&](const Plan& x) { return FamilyCurve<F>{family, x.gc, {segments, n}, x.stretches}; });
+    Plan out = fastest(options, work, planned, [&](const Plan& x) {
+        return FamilyCurve<F>{family, x.gc, {segments, n}, x.stretches};
+    });
+    out.work_left = work.left();
+    return out;
 }
 
 }  // namespace detail

@@ -63,6 +63,7 @@ struct SearchedBranch {
     unsigned counted = 0;  // bit j: the search tells the revolutions of joint j apart
     bool stalled = false;  // the search found no continuation: it tries more values of the free number
     bool spent = false;    // it stopped with as many sections as a branch may have
+    bool turned = false;   // a path within the limits leads to the goal's pose, but not to its revolutions
 };
 
 /// Parameters of a path at equal distances along the tool's way.
@@ -168,7 +169,7 @@ public:
             Branch now = branch;
             now.way = std::move(other);
             lift_way(now);
-            if (beyond(now)) continue;
+            if (off_limits(now) | turned_at_goal(now)) continue;
             descend(now);
             if (now.cost < branch.cost) branch = std::move(now);
         }
@@ -208,7 +209,9 @@ public:
             if (layer.empty()) return 0;
             take_ways(branch, layer);
             lift_way(branch);
-            more = beyond(branch) & ~branch.counted;
+            const unsigned turned = turned_at_goal(branch), off = off_limits(branch);
+            branch.turned = branch.turned || (turned && !off);
+            more = (turned | off) & ~branch.counted;
             if (!more) return layer.size();
         }
     }
@@ -243,13 +246,18 @@ public:
     static bool arrives(Branch& branch) noexcept {
         for (int j = 0; j < joints && branch.ends[1].q; ++j) {
             if (abs(branch.way.back().q[j] - branch.ends[1].q[j]) <= pi) continue;
-            BranchReport& report = branch.report;
-            report.verdict = Verdict::goal;
-            report.status = Status::JOINT_JUMP;
-            report.from = report.to = report.reached = 1.0;
+            refuse_turn(branch.report);
             return false;
         }
         return true;
+    }
+
+    /// Whether a path within the limits leads to the goal's pose, but the search, unless it was stopped,
+    /// found none to its revolutions; if so, reports that.
+    static bool misses_turn(Branch& branch) noexcept {
+        const bool out = branch.turned && branch.way.size() < branch.sections.size() && !branch.spent;
+        if (out) refuse_turn(branch.report);
+        return out;
     }
 
     /// Lowers the objective of the branch's path by Newton steps of the redundant parameter at all sections
@@ -262,7 +270,7 @@ public:
         std::vector<double> diagonal(n), beside(n), move(n);
         branch.cost = cost_of(branch, way);
         for (int step = 0; step < tuning_.steps; ++step) {
-            work_.take(WorkTuning::posture * static_cast<long long>(n));
+            work_.take(posture_work * static_cast<long long>(n));
             for (std::size_t k = 0; k < n; ++k) {
                 const double share = share_of(at, k, n);
                 diagonal[k] = share * max(way[k].cost_2, 0.0);
@@ -375,6 +383,18 @@ public:
     }
 
 private:
+    /// The work of a configuration with its cost.
+    static constexpr long long posture_work =
+        WorkTuning::posture * (planned_family<F> && !explicit_family<F> ? WorkTuning::chain : 1);
+
+    /// Reports a goal to whose revolutions no path leads.
+    static void refuse_turn(BranchReport& report) noexcept {
+        report.verdict = Verdict::goal;
+        report.status = Status::JOINT_JUMP;
+        report.from = report.to = report.reached = 1.0;
+        report.given_up = false;
+    }
+
     struct Node {
         double free, q[joints];
         double worth;  // the cost of the configuration
@@ -388,8 +408,8 @@ private:
     void extend(const Branch& branch, Layers& layer) const {
         for (std::size_t k = layer.size(); k < branch.sections.size(); ++k) {
             std::vector<Node> here = nodes(branch, k);
-            const std::size_t links = WorkTuning::posture + (k ? layer.back().size() : 0);
-            work_.take(static_cast<long long>(here.size() * links));
+            const long long links = posture_work + static_cast<long long>(k ? layer.back().size() : 0);
+            work_.take(static_cast<long long>(here.size()) * links);
             if (k == 0) {
                 for (Node& first : here) first.cost = 0;
             } else {
@@ -572,22 +592,27 @@ private:
         return has_a_turn_[j] && !(branch.counted >> j & 1u) ? wrap(to - from) : to - from;
     }
 
-    /// Joints (bits) whose revolutions must be told apart: those that leave their limits on the branch's
-    /// path, or end it in another revolution than that of the goal.
-    unsigned beyond(const Branch& branch) const noexcept {
+    /// Joints (bits) that can be told apart by their revolutions and leave their limits on the branch's path.
+    unsigned off_limits(const Branch& branch) const noexcept {
         unsigned out = 0;
-        const bool whole = branch.way.size() == branch.sections.size();
-        for (int j = 0; j < joints; ++j) {
-            if (!has_a_turn_[j] || is_unlimited(limits_, j)) continue;
+        for (int j = 0; j < joints; ++j)
             for (const State& at : branch.way)
-                if (at.q[j] < limits_.lower[j] - tolerance::angle ||
-                    at.q[j] > limits_.upper[j] + tolerance::angle)
+                if (has_revolutions(j) && (at.q[j] < limits_.lower[j] - tolerance::angle ||
+                                           at.q[j] > limits_.upper[j] + tolerance::angle))
                     out |= 1u << j;
-            if (whole && branch.ends[1].q && abs(branch.way.back().q[j] - branch.ends[1].q[j]) > pi)
-                out |= 1u << j;
-        }
         return out;
     }
+    /// Joints (bits) that can be told apart by their revolutions and end the branch's path in another one
+    /// than that of the goal.
+    unsigned turned_at_goal(const Branch& branch) const noexcept {
+        unsigned out = 0;
+        if (branch.way.size() < branch.sections.size() || !branch.ends[1].q) return out;
+        for (int j = 0; j < joints; ++j)
+            if (has_revolutions(j) && abs(branch.way.back().q[j] - branch.ends[1].q[j]) > pi) out |= 1u << j;
+        return out;
+    }
+    /// Whether the limits of a joint leave it several revolutions.
+    bool has_revolutions(int j) const noexcept { return has_a_turn_[j] && !is_unlimited(limits_, j); }
 
     /// Inserts a section of the branch half way between its sections k and k + 1; false, without a change, if
     /// they are too close.

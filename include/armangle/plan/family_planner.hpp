@@ -62,14 +62,9 @@ public:
         for (Branch& branch : branches_) find_way(branch);
         std::stable_sort(branches_.begin(), branches_.end(),
                          [](const Branch& a, const Branch& b) { return before(a.report, b.report); });
+        if (!options_.rate_only) draw_best();
         for (Branch& branch : branches_) {
-            if (plan_.ok && (plan_.proof.certified() || work_.spent())) break;
-            if (branch.report.verdict != Verdict::ok) continue;
-            draw(branch);
-        }
-        if (!plan_.ok) draw_part();
-        for (Branch& branch : branches_) {
-            explain(branch);
+            if (!options_.rate_only) explain(branch);
             plan_.branches.push_back(branch.report);
         }
         std::stable_sort(plan_.branches.begin(), plan_.branches.end(),
@@ -160,7 +155,8 @@ private:
         for (int k = scenes ? scenes.first(s) : 0; scenes && k <= scenes.last(s) && !found.arcs.empty();
              ++k) {
             ArcSet left;
-            keep_clear(family_.arm(), scenes[k], at, gc, found, pair, false, {}, &left);
+            const int looks = keep_clear(family_.arm(), scenes[k], at, gc, found, pair, false, {}, &left);
+            work_.take(looks * (WorkTuning::cell + work_of_pairs(scenes, s)));
             if (found.status == Status::POSE_BLOCKED) make_empty(open);
             if (left.empty()) continue;
             unite(open, left, all);
@@ -224,7 +220,8 @@ private:
         const std::size_t reached = search_.find(branch, [this](Branch& x) { return is_shut(x); });
         if (report.verdict != Verdict::ok) find_way_ahead(branch);
         report.sections = static_cast<unsigned>(branch.sections.size());
-        if (report.verdict == Verdict::ok && reached < branch.sections.size()) {
+        if (report.verdict == Verdict::ok && !search_.misses_turn(branch) &&
+            reached < branch.sections.size()) {
             const std::size_t k = reached;
             const bool at_start = k == 0 && ends_[0].q;
             const bool at_goal = k + 1 == branch.sections.size() && ends_[1].q &&
@@ -332,6 +329,17 @@ private:
 
     // -- the curve
 
+    /// Makes the curve of the best branch that is proven the plan; if none is, one without a known violation;
+    /// if there is none, the beginning of a path.
+    void draw_best() {
+        for (Branch& branch : branches_) {
+            if (plan_.ok && (plan_.proof.certified() || work_.spent())) break;
+            if (branch.report.verdict != Verdict::ok) continue;
+            draw(branch);
+        }
+        if (!plan_.ok) draw_part();
+    }
+
     /// The stretches of a spline of the redundant parameter through the branch's path.
     std::vector<Stretch> curve_of(const Branch& branch) const {
         std::vector<Stretch> out = stretches_of(search_.drawn(branch), path_);
@@ -344,7 +352,7 @@ private:
     /// is known between the ends of its stretches.
     Proof proven(int gc, const std::vector<Stretch>& stretches) const {
         const long long cell = work_of(WorkTuning::cell, 0.0);
-        const int most = static_cast<int>(work_.left_to_prove() / cell);
+        const int most = static_cast<int>(max(work_.left(), 0LL) / cell);
         int looks = most;
         const bool asks = options_.allowed && !options_.allowed_everywhere;
         Proof out = certify(FamilyCurve<F>{family_, gc, path_, stretches}, limits_,
@@ -355,6 +363,18 @@ private:
                             });
         work_.take((most - looks) * cell);
         return out;
+    }
+
+    /// Adds the ends of a curve that are not at the given joints to the violations of its proof: near a fold
+    /// it may lead to another solution.
+    void look_at_ends(const FamilyCurve<F>& curve, Proof& proof) const {
+        for (int k = 0; k < 2; ++k) {
+            if (!ends_[k].q) continue;
+            const PlacedPosture at = curve.at(k);
+            const bool there =
+                is_finite(at.q) && largest_move(at.q, ends_[k].q) <= ends_[k].gap + PlanTuning::end_off;
+            if (!there) proof.violated.insert(k ? proof.violated.end() : proof.violated.begin(), k);
+        }
     }
 
     /// Draws the curve of a branch and proves it, with more sections where the proof fails, as long as work
@@ -372,7 +392,8 @@ private:
         for (int round = 0; round <= tuning_.rounds; ++round) {
             stretches = curve_of(finer);
             proof = proven(report.gc, stretches);
-            const bool kept = proof.certified() || (proof.violated.empty() && !work_.spent());
+            look_at_ends(FamilyCurve<F>{family_, report.gc, path_, stretches}, proof);
+            const bool kept = proof.violated.empty() && (proof.certified() || !work_.spent());
             held = held || kept;
             if (kept && (!plan_.ok || proof.open.size() < plan_.proof.open.size())) {
                 plan_.ok = true;

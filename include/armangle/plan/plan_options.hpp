@@ -32,7 +32,8 @@ struct PlanOptions {
     JointBounds bounds = {};                                  // if the objective weighs duration
     double held_q_7 = 0;                    // fixed joint 7 of an arm with free roll (with_free_roll)
     int threads = 0;                        // threads for branches; 0: one for each core
-    long long work = WorkTuning::plan;      // of the plan; when it is spent, the best path so far is returned
+    long long work = WorkTuning::plan;      // that the plan may take; then the best path so far is returned
+    bool rate_only = false;                 // rate the branches by their searches, and prove no curve
     std::function<void()> checkpoint = {};  // every thread calls it between pieces of work; may throw to stop
     std::function<void()> advanced = {};    // any thread calls it: a branch is surveyed, the choice is proven
 };
@@ -46,6 +47,7 @@ struct Plan {
     Proof proof;
     double start_gap = 0, goal_gap = 0;  // rad: distance of start and goal from the solutions of their poses
     std::vector<BranchReport> branches;  // the permitted branches, best first
+    long long work_left = 0;             // of PlanOptions::work; for other plans of the same request
 };
 
 }  // namespace armangle

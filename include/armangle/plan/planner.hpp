@@ -100,6 +100,7 @@ public:
         std::stable_sort(plan_.branches.begin(), plan_.branches.end(),
                          [](const BranchReport& a, const BranchReport& b) { return before(a, b); });
         plan_.plane = task_.plane;
+        if (options_.rate_only) return std::move(plan_);
         choose();
         advance();
         cross();
@@ -268,6 +269,7 @@ private:
         if (const std::size_t at = reasons_.first_empty(t); at < t.sections.size() && !refused)
             return reasons_.explain_empty(t, at, out);
         if (!fixed.held()) return;
+        if (search_->misses_turn(branch)) return;
         if (reached < branch.sections.size()) {
             out.given_up = t.coarse || branch.spent;
             out.verdict = out.given_up ? Verdict::unresolved : Verdict::dead_end;
@@ -725,10 +727,12 @@ namespace detail {
 /// one without weight if none is proven. The weighed measure (pace) ignores accelerations, so alone it may
 /// cost time, and even joint motion is often faster. curve_of(plan): its curve.
 template <class Planned, class CurveOf>
-Plan fastest(const PlanOptions& options, const Work& work, const Planned& planned, const CurveOf& curve_of) {
+Plan fastest(const PlanOptions& options, Work& work, const Planned& planned, const CurveOf& curve_of) {
     PlanOptions asked = options;
     const auto takes = [&](const Plan& x) {
-        return x.ok && x.proof.certified() ? duration(curve_of(x), options.bounds) : infinity;
+        if (!x.ok || !x.proof.certified()) return infinity;
+        work.take(WorkTuning::section * static_cast<long long>(DurationTuning::places));
+        return duration(curve_of(x), options.bounds);
     };
     const double weight = options.objective.duration;
     asked.objective.duration = 0;
@@ -768,7 +772,9 @@ inline Plan plan_within(Work& work, const Arm& arm, const Segment* segments, std
 inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
                  std::size_t row_count, const PlanOptions& options) {
     Work work(options.checkpoint, options.work);
-    return detail::plan_within(work, arm, segments, n, rows, row_count, options);
+    Plan out = detail::plan_within(work, arm, segments, n, rows, row_count, options);
+    out.work_left = work.left();
+    return out;
 }
 
 }  // namespace armangle

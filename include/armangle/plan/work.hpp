@@ -1,7 +1,7 @@
-// The work of a plan: one budget for its sections, searches, descents and proofs, so that every plan ends.
+// The work of a request: one budget for the sections, searches, descents and proofs of its plans, so that it
+// ends.
 #pragma once
 
-#include <algorithm>
 #include <atomic>
 #include <functional>
 
@@ -14,40 +14,37 @@ namespace armangle {
 
 /// What the pieces of a plan's work count, in links of a search: some nanoseconds each.
 struct WorkTuning {
-    static constexpr long long plan = 350'000'000;  // of one plan; what is then open stays open
+    static constexpr long long plan = 270'000'000;  // of all plans of a request; what is then open stays open
+    static constexpr long long proofs = plan / 8;   // of it: what searches leave to proofs
     static constexpr long long posture = 40;        // a configuration with its cost
     static constexpr long long section = 1000;      // the arcs of a closed form
     static constexpr long long cell = 500;          // a proof over a range of s or of a free number
     static constexpr long long pair = 100;          // two shapes that may touch, in a section or a cell
-    static constexpr long long chain = 80;          // times as much: a section or a cell of an own chain
-    static constexpr long long share = 8;  // a proof may take this part of the budget, however late it comes
+    static constexpr long long chain = 80;          // times as much: each of them of an own chain
 };
 
-/// The work that a plan has done, of its budget. It is counted, not timed, so that the same request always
+/// The work that may still be done. It is counted, not timed, so that the same request always
 /// gives the same answer.
 class Work {
 public:
     /// checkpoint (may be empty): called between pieces of work; may throw to stop the computation.
     Work(const std::function<void()>& checkpoint, long long budget)
-        : checkpoint_(checkpoint), budget_(budget) {}
+        : checkpoint_(checkpoint), left_(budget) {}
 
     /// Counts a piece of work, from any thread, and passes the checkpoint.
     void take(long long piece) {
-        done_.fetch_add(piece, std::memory_order_relaxed);
+        left_.fetch_sub(piece, std::memory_order_relaxed);
         if (checkpoint_) checkpoint_();
     }
-    /// The work that may still be done; not positive if all is spent. Threads must have ended, since it
-    /// depends on which came first.
-    long long left() const noexcept { return budget_ - done_.load(std::memory_order_relaxed); }
-    /// Whether none may be done.
-    bool spent() const noexcept { return left() <= 0; }
-    /// The work that a proof may take.
-    long long left_to_prove() const noexcept { return std::max(left(), budget_ / WorkTuning::share); }
+    /// The work that may still be done; not positive if all is. Threads must have ended, since it depends on
+    /// which came first.
+    long long left() const noexcept { return left_.load(std::memory_order_relaxed); }
+    /// Whether none is left but that of the proofs.
+    bool spent() const noexcept { return left() <= WorkTuning::proofs; }
 
 private:
     const std::function<void()>& checkpoint_;
-    const long long budget_;
-    std::atomic<long long> done_{0};
+    std::atomic<long long> left_;
 };
 
 namespace detail {

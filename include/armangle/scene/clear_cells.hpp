@@ -77,6 +77,8 @@ public:
 
     /// The last pair that was found to touch; 0 if there was none.
     Tag touching() const noexcept { return touching_; }
+    /// The number of cells that were looked at.
+    int looks() const noexcept { return tuning_.looks - looks_; }
     /// The arcs on which it is not known whether something touches; empty if all is decided.
     const ArcSet& left_open() const noexcept { return left_open_; }
 
@@ -181,29 +183,31 @@ Tag rest_contact(const AnyArm& arm, const Scene& scene, const Pose<double>& pose
 
 /// Reduces the proven arcs of a pose and branch to their collision-free parts. If nothing remains, `blocking`
 /// becomes a pair found to touch; 0 if none is known. `turning_alone` skips the tool and link 0. `left_open`,
-/// if not null, becomes the part where it is not known whether something touches.
+/// if not null, becomes the part where it is not known whether something touches. Returns the number of cells
+/// that were looked at.
 template <class AnyArm>
-void keep_clear(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc, ProvenArcs& arcs,
-                Tag& blocking, bool turning_alone = false, const ClearCellsTuning& tuning = {},
-                ArcSet* left_open = nullptr) noexcept {
+int keep_clear(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc, ProvenArcs& arcs,
+               Tag& blocking, bool turning_alone = false, const ClearCellsTuning& tuning = {},
+               ArcSet* left_open = nullptr) noexcept {
     blocking = 0;
     if (left_open) make_empty(*left_open);
     make_empty(arcs.open);
-    if (arcs.arcs.empty()) return;
+    if (arcs.arcs.empty()) return 0;
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     if (!turning_alone) blocking = rest_contact(arm, scene, exact);
     if (blocking) {
         make_empty(arcs.arcs);
         arcs.status = Status::POSE_BLOCKED;
-        return;
+        return 0;
     }
     const ArcSet own = arcs.arcs;
     detail::ClearCells<AnyArm> proof(arm, scene, exact, gc, tuning);
     proof.run(own, arcs.arcs, arcs.unproven);
     if (left_open) *left_open = proof.left_open();
-    if (!arcs.arcs.empty()) return;
+    if (!arcs.arcs.empty()) return proof.looks();
     blocking = proof.touching();
     arcs.status = blocking ? Status::CLEARANCE : Status::NEAR_SINGULAR;
+    return proof.looks();
 }
 
 /// Within the arc of `open` that contains psi, writes the parts that also keep the soft clearance. False if

@@ -18,13 +18,13 @@ from .._arrays import (
     hint_degrees,
     one_posture,
 )
-from .._core import ANGLE_TOLERANCE, LARGEST_ANGLE, Wish
+from .._core import ANGLE_TOLERANCE, LARGEST_ANGLE, PLAN_WORK, PROOF_WORK, Wish
 from .._progress import Progress, as_progress, in_parts, part, progressing
 from .._threads import thread_count
 from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm, check_arm
-from ..arm.diagnosis import ARM_ANGLE, Diagnosis, Verdict, branch_of
+from ..arm.diagnosis import ARM_ANGLE, Branch, Diagnosis, Verdict, branch_of
 from ..arm.joint_map import to_q
 from ..arm.keywords import names_keywords
 from ..arm.question import branch_bits
@@ -40,7 +40,7 @@ from .kinds import check_plan, planned_arm
 from .options import free_roll, positive
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
-from .rolling import best_planned, is_laddered
+from .rolling import Rating, best_planned, is_laddered, rate
 
 START_GAP = 0.05
 HELD = 1e-6  # m: largest deviation of the end effector between rows of a certified plan
@@ -202,11 +202,11 @@ def plan(
         have any roll about axis 7: drills, welding torches, suction cups. No roll is tried, because joints 1
         to 6 do not depend on it. ``certified`` covers them, and ``poses`` and `JointPath.at` give the poses
         reached. If the tool's z axis is not axis 7, or the arm has an offset, rolls are tried: 72 constant
-        turns about it, and the plan of least cost is returned; if none is feasible, turns that grow linearly
-        along the path. With `start` or `goal` the roll there is theirs, and 73 equally spaced rates up to
-        half a turn are tried. Each has exact arcs and its own certificate; rolls between are not tried. That
-        takes the time of up to 144 plans. If no roll is feasible, the diagnosis is that of the one that comes
-        furthest.
+        turns about it; if no search leads along one, turns that grow linearly along the path. With `start` or
+        `goal` the roll there is theirs, and 73 equally spaced rates up to half a turn are tried. Searches
+        rate them until at most 3/4 of the request's budget of work is spent; then they are planned in the
+        order of cost, up to the first that no other can undercut. Rolls between are not tried. If no roll is
+        feasible, the diagnosis is that of the one that comes furthest.
     progress : function (done, total), or bool, optional
         Called some times a second with the number of finished thousandths: branches searched, choices proven,
         rolls tried; True: a bar on stderr.
@@ -248,56 +248,98 @@ def plan(
         first = None if start is None else one_posture("start", start, arm._handle)
         last = None if goal is None else one_posture("goal", goal, arm._handle)
         arm._handle.check_poses(whole.pose(rows), "path")
-        if is_laddered(arm, roll) or (roll == "free" and arm.redundancy != ARM_ANGLE):
-
-            def planned_rolled(turned: Path, tell: Progress) -> JointPath:
-                """Return the plan of the path with another roll."""
-                count = (
-                    len(rows)
-                    if samples is None and isinstance(whole, Waypoints) and len(rows) > 1
-                    else samples
-                )
-                return plan(
-                    arm, turned, start=start, goal=goal, gc=gc, psi=psi, objective=objective, samples=count,
-                    limit_margin=limit_margin, allowed=allowed, scene=scene, obstacle_speed=obstacle_speed,
-                    progress=tell,
-                )  # fmt: skip
-
-            return best_planned(arm, whole, first, last, planned_rolled, tell)
-        weights = _weights(arm, objective)
+        laddered = is_laddered(arm, roll) or (roll == "free" and arm.redundancy != ARM_ANGLE)
+        kept_roll: Roll = "pose" if laddered else roll
         standing, more = _standing(arm.scene, scene, obstacle_speed)
         planned_for = planned_arm(arm)
-        along, truth = ready_each(planned_for, _kept_off(standing, more)), None
-        if planned_for is not arm and along:
-            truth = arm._needed(arm.scene).handle
-        handle, last_joint = _with_roll(arm, roll, first, last, scene or arm.scene, kept)
-        wished, asked = _wished(psi), _asked(allowed, whole)
-        calm = ready_each(planned_for, _kept_off(standing, more, soft=True))
+        along = ready_each(planned_for, _kept_off(standing, more))
+        handle, last_joint = _with_roll(arm, kept_roll, first, last, scene or arm.scene, kept)
+        request = _Request(
+            arm=arm, handle=handle, rows=rows, dense=samples is None and not isinstance(whole, Waypoints),
+            ends=(first, last), branches=branch_bits(gc), weights=_weights(arm, objective), kept=kept,
+            wished=_wished(psi), allowed=allowed, along=along,
+            calm=ready_each(planned_for, _kept_off(standing, more, soft=True)), moving=scene,
+            truth=arm._needed(arm.scene).handle if planned_for is not arm and along else None,
+            roll=kept_roll, last_joint=last_joint,
+        )  # fmt: skip
+        if laddered:
+            return best_planned(arm, whole, first, last, request, tell)
+        return request.planned(whole, tell)
 
-        def planned(along: list[Ready], first: Floats | None, last: Floats | None, tell: Progress) -> Any:
-            """Return the core's plan for these scenes and ends."""
-            with progressing(tell):
-                return handle.plan_path(
-                    whole._segments, rows, first, last, branch_bits(gc), weights,
-                    arm.singularity_margin, kept, *wished,
-                    [each.handle for each in along], *asked, last_joint, truth, thread_count(0),
-                )  # fmt: skip
 
-        ready = along[0] if along else None
-        found = planned(calm or along, first, last, part(tell, 0, 1 + bool(calm)))
-        if calm and not (found[0] and len(found[4]) == 0):
-            found = planned(along, first, last, part(tell, 1, 2))
-        for taken in (_taken, _past_straight) if roll == "pose" else ():
-            if found[0] and max(found[5], found[6]) <= START_GAP:
+@dataclass
+class _Request:
+    """A checked request: what all its plans share, and the work that they may still take."""
+
+    arm: Arm
+    handle: Any
+    rows: Floats
+    dense: bool  # rows are added between those
+    ends: tuple[Floats | None, Floats | None]
+    branches: int
+    weights: Floats
+    kept: float
+    wished: tuple[Wish, Floats | None]
+    allowed: Allowed | None
+    along: list[Ready]
+    calm: list[Ready]  # with the soft clearance too; empty if there is none
+    moving: Callable[[float], Scene] | None
+    truth: Any
+    roll: Roll
+    last_joint: float
+    work: int = PLAN_WORK
+
+    @property
+    def spent(self) -> bool:
+        """Whether the searches of its plans have taken all their work."""
+        return self.work <= PROOF_WORK
+
+    def _ask(
+        self, path: Path, along: list[Ready], ends: tuple[Floats | None, Floats | None], tell: Progress,
+        leave: int = 0, rate_only: bool = False,
+    ) -> Any:  # fmt: skip
+        """Return the core's plan of a path for these scenes and ends, which leaves this much work."""
+        with progressing(tell):
+            found = self.handle.plan_path(
+                path._segments, self.rows, *ends, self.branches, self.weights, self.arm.singularity_margin,
+                self.kept, *self.wished, [each.handle for each in along], *_asked(self.allowed, path),
+                self.last_joint, self.truth, thread_count(0), self.work - leave, rate_only,
+            )  # fmt: skip
+        self.work = found[8] + leave
+        return found
+
+    def rated(self, path: Path, tell: Progress) -> Rating | None:
+        """Return the rating of a path; None if only a quarter of the work is left, which is for plans."""
+        kept = PLAN_WORK // 4
+        if self.work <= kept:
+            return None
+        found = self._ask(path, self.along, self.ends, tell, kept - PROOF_WORK, rate_only=True)
+        return rate(self._branches(found[7]))
+
+    def _branches(self, reports: list[Any]) -> tuple[Branch, ...]:
+        """Return what the core reports of the branches."""
+        ready = self.along[0] if self.along else None
+        return tuple(branch_of(report, ready, self.arm.redundancy) for report in reports)
+
+    def planned(self, path: Path, tell: Progress) -> JointPath:
+        """Return the plan of a path, within the work that is left."""
+        arm, ends = self.arm, self.ends
+        for k, along in enumerate(scenes := [self.calm, self.along] if self.calm else [self.along]):
+            leave = self.work // 2 if k + 1 < len(scenes) else 0
+            found = self._ask(path, along, ends, part(tell, k, len(scenes)), leave)
+            if found[0] and len(found[4]) == 0:
                 break
-            held = [taken(arm, whole.pose(s), q) for s, q in ((0.0, first), (1.0, last))]
-            if all(q is each for q, each in zip((first, last), held, strict=True)):
+        for taken in (_taken, _past_straight) if self.roll == "pose" else ():
+            if self.spent or (found[0] and max(found[5], found[6]) <= START_GAP):
+                break
+            held = (taken(arm, path.pose(0.0), ends[0]), taken(arm, path.pose(1.0), ends[1]))
+            if all(q is each for q, each in zip(ends, held, strict=True)):
                 continue
-            again = planned(along, held[0], held[1], tell)
+            again = self._ask(path, self.along, held, tell)
             if again[0] or (taken is _taken and max(again[5], again[6]) <= START_GAP):
-                found, (first, last) = again, held
-        ok, branch, plane, stretches, open_, start_gap, goal_gap, reports, *chain = found
-        for name, joints, gap in (("start", first, start_gap), ("goal", last, goal_gap)):
+                found, ends = again, held
+        ok, branch, plane, stretches, open_, start_gap, goal_gap, reports, _, *chain = found
+        for name, joints, gap in zip(("start", "goal"), ends, (start_gap, goal_gap), strict=True):
             if gap > START_GAP:
                 _check_within(arm, name, joints)
                 off, most = (f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)" for angle in (gap, START_GAP))
@@ -306,27 +348,27 @@ def plan(
                     f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most "
                     f"{most}; {way} arm.forward({name})[0]"
                 )
-        branches = tuple(branch_of(report, ready, arm.redundancy) for report in reports)
-        ends = (Verdict.START, Verdict.GOAL)
-        said = ok or any(branch.status == Status.LIMITS and branch.verdict in ends for branch in branches)
-        note = "" if said else _outside(arm, start=first, goal=last)
-        ended = any(branch.verdict in ends and not branch.elsewhere for branch in branches)
+        branches = self._branches(reports)
+        verdicts = (Verdict.START, Verdict.GOAL)
+        said = ok or any(branch.status == Status.LIMITS and branch.verdict in verdicts for branch in branches)
+        note = "" if said else _outside(arm, start=ends[0], goal=ends[1])
+        ended = any(branch.verdict in verdicts and not branch.elsewhere for branch in branches)
         if (
-            not ok
-            and not note
+            not (ok or note or self.spent)
             and ended
-            and first is not None
-            and last is not None
-            and planned(along, first, None, tell)[0]
+            and ends[0] is not None
+            and ends[1] is not None
+            and self._ask(path, self.along, (ends[0], None), tell)[0]
         ):
             note = "A path leads from the start to another solution of the last pose: plan without goal=."
         diagnosis = Diagnosis(branches, note=note)
-        curve = Curve(whole._segments, stretches, plane, branch, roll, *chain) if len(stretches) else None
-        if curve is not None and samples is None and not isinstance(whole, Waypoints):
+        curve = Curve(path._segments, stretches, plane, branch, self.roll, *chain) if len(stretches) else None
+        rows = self.rows
+        if curve is not None and self.dense:
             led = rows <= curve.end
             rows = np.append(rows_between(arm, curve, rows[led], ROW_STEP), rows[~led])
-        beside = tuple(scenes_at(scene or arm.scene, rows.tolist()))
-        return _result(arm, whole, rows, curve, diagnosis, ok, open_, beside)
+        beside = tuple(scenes_at(self.moving or arm.scene, rows.tolist()))
+        return _result(arm, path, rows, curve, diagnosis, ok, open_, beside)
 
 
 def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:

@@ -6,16 +6,17 @@ with exact arcs like any other. Its frames turn about their own z axes by ``roll
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import product
-from typing import cast
+from typing import Protocol, cast
 
 import numpy as np
 
 from .._arrays import Floats, chosen
 from .._progress import Progress, part
 from ..arm.arm import Arm
+from ..arm.diagnosis import Branch
 from ..arm.roll import LADDER, ROLLS, Roll, is_along_axis_7
 from ..status import Status
 from .joint_path import JointPath
@@ -29,10 +30,29 @@ _GROWING = np.radians([15.0, -15.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 180.0
 
 _NOTE = "Of {} rolls about the tool's z axis that were tried this is the one that comes furthest."
 
-_NOTHING = (False, False, 1e-24)
+_ORDER = ((6, np.inf), (3, 3), (1, 1), (1, np.inf))
+"""The order of the rungs: each pair is a stride and how far from the best so far rungs are rated in it."""
+
+_NOTHING = 1e-24
 """Cost of a plan that costs only rounding, as with a constant end effector: none can cost less."""
 
 Rung = tuple[float, float]
+Rating = tuple[bool, float]
+"""A sort key of searches, lower is better: whether none leads along a path; its cost, or how far it comes."""
+
+
+class Request(Protocol):
+    """A request for a plan, with the work that all plans made for it may take."""
+
+    @property
+    def spent(self) -> bool:
+        """Whether searches have taken their work."""
+
+    def rated(self, path: Path, tell: Progress) -> Rating | None:
+        """Return the rating of a path; None if the work of ratings is taken."""
+
+    def planned(self, path: Path, tell: Progress) -> JointPath:
+        """Return the plan of a path."""
 
 
 def is_laddered(arm: Arm, roll: Roll) -> bool:
@@ -83,38 +103,67 @@ def _roll(frame: Floats, held: Floats) -> float:
 
 
 def best_planned(
-    arm: Arm, path: Path, start: Floats | None, goal: Floats | None,
-    planned: Callable[[Path, Progress], JointPath], tell: Progress,
-) -> JointPath:  # fmt: skip
-    """Return the best plan of the tried rolls: certified, then of the lowest cost. If none is feasible, the
-    first that is with a growing roll (without start and goal), or else the one that comes furthest.
+    arm: Arm, path: Path, start: Floats | None, goal: Floats | None, request: Request, tell: Progress
+) -> JointPath:
+    """Return the best plan of the tried rolls: certified, then of the lowest cost, or else the one that comes
+    furthest. If no search leads along a constant roll, growing ones are tried (without start and goal).
     """
-    rungs = ladder(arm, path, start, goal)
-    held, furthest = _held(arm, path, rungs)
-    every: list[JointPath] = []
-    tried = held or [furthest]
-    for k, rung in enumerate(tried):
-        every.append(planned(rolled(path, *rung), part(tell, k, len(tried))))
-        if _worth(every[-1]) <= _NOTHING:
-            break
-    if start is None and goal is None and not any(result.ok for result in every):
+    constant = ladder(arm, path, start, goal)
+    held, furthest = _held(arm, path, constant)
+    rungs = sorted(held, key=lambda rung: rung[::-1]) or [furthest]
+    rated: dict[Rung, Rating] = {}
+    _rate(path, _around_best(rungs, rated), len(rungs), rated, request, part(tell, 0, 4))
+    count = len(constant) - len(rungs) + len(rated)
+    if start is None and goal is None and all(rating[0] for rating in rated.values()):
         growing = [(float(roll), float(rate)) for rate, roll in product(_GROWING, _STEP * np.arange(LADDER))]
-        for rung in _held(arm, path, growing)[0][:LADDER]:
-            result = planned(rolled(path, *rung), tell)
-            if result.ok:
-                return result
+        some = _held(arm, path, growing)[0][:LADDER]
+        _rate(path, some, len(some), rated, request, part(tell, 1, 4))
+    tried = sorted(rated.items(), key=lambda each: each[1])
+    every: list[JointPath] = []
+    for k, (rung, rating) in enumerate(tried):
+        least = (False, False, max(rating[1], _NOTHING))
+        if every and (request.spent or min(map(_worth, every)) <= least):
+            break
+        every.append(request.planned(rolled(path, *rung), part(part(tell, 1, 2), k, len(tried))))
     best = min(every, key=_worth)
     if best.ok or best.diagnosis is None:
         return best
-    return replace(best, diagnosis=replace(best.diagnosis, note=_NOTE.format(len(rungs))))
+    return replace(best, diagnosis=replace(best.diagnosis, note=_NOTE.format(count)))
+
+
+def _around_best(rungs: list[Rung], rated: dict[Rung, Rating]) -> Iterator[Rung]:
+    """Yield each rung once, in `_ORDER`; `rated` are the ratings of those so far."""
+    for stride, reach in _ORDER:
+        best = rungs.index(min(rated, key=lambda rung: rated[rung], default=rungs[0]))
+        near = np.arange(0, len(rungs), stride)
+        near = near[np.argsort(np.abs(near - best), kind="stable")]
+        yield from (rungs[k] for k in near.tolist() if abs(k - best) <= reach and rungs[k] not in rated)
+
+
+def _rate(
+    path: Path, rungs: Iterable[Rung], total: int, rated: dict[Rung, Rating], request: Request, tell: Progress
+) -> None:
+    """Rate `total` rungs, up to one that costs nothing, or as far as the work of the request leads."""
+    for k, rung in enumerate(rungs):
+        rating = request.rated(rolled(path, *rung), part(tell, k, total))
+        if rating is None:
+            return
+        rated[rung] = rating
+        if rating <= (False, _NOTHING):
+            return
+
+
+def rate(branches: tuple[Branch, ...]) -> Rating:
+    """Return the rating of a search."""
+    costs = [branch.cost for branch in branches if branch.ok]
+    come = max((max(branch.reached, branch.s_from) for branch in branches), default=0.0)
+    return not costs, min(costs) if costs else -come
 
 
 def _worth(result: JointPath) -> tuple[bool, bool, float]:
     """Return a sort key, lower is better: solved, then certified, then by cost, or by how far it comes."""
     branches = result.diagnosis.branches if result.diagnosis is not None else ()
-    costs = [branch.cost for branch in branches if branch.ok]
-    come = max((max(branch.reached, branch.s_from) for branch in branches), default=0.0)
-    return not result.ok, not result.certified, min(costs) if costs else -come
+    return not result.ok, not result.certified, rate(branches)[1]
 
 
 def _held(arm: Arm, path: Path, rungs: list[Rung]) -> tuple[list[Rung], Rung]:
