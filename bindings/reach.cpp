@@ -36,7 +36,7 @@ void reachable_many(const Handle& self, Floats pose, double margin, Ints out, in
     });
 }
 
-/// Writes the Freedom of each pose. widths: total and widest (rad); codes: gc (a bit a branch), arcs, status.
+/// Writes the Freedom of each pose. widths: total, widest and unproven (rad); codes: gc (a bit a branch), arcs, status.
 template <class Handle>
 void freedom_many(const Handle& self, Floats pose, double margin, Floats widths, Ints codes, int threads) {
     const Buffer in(pose), wide(widths, true), code(codes, true);
@@ -49,6 +49,7 @@ void freedom_many(const Handle& self, Floats pose, double margin, Floats widths,
         double* to = wide.data<double>() + at[1];
         to[0] = f.total;
         to[1] = f.widest;
+        to[2] = f.unproven;
         long long* c = code.data<long long>() + at[2];
         c[0] = f.gc;
         c[1] = f.arcs;

@@ -377,6 +377,7 @@ def test_freedom_of_a_chain_counts_its_proven_intervals_and_the_branches_with_a_
     arcs, has = arm.feasible(pose), arm.freedom(pose)
     np.testing.assert_allclose(has.total, arcs.measure.sum(axis=-1), rtol=0, atol=1e-12)
     np.testing.assert_array_equal(has.arcs, arcs.count.sum(axis=-1))
+    np.testing.assert_allclose(has.unproven, np.sum(arcs.unproven, axis=-1), rtol=1e-12)
     held = has.gc[:, None] >> np.arange(8) & 1
     assert (held[arcs.count > 0] == 1).all()
     assert held[np.arange(8), gc[:8]].sum() >= 7  # one near where branches meet may be missed

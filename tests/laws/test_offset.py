@@ -42,6 +42,7 @@ def test_arcs_are_those_of_a_dense_grid(arm: aa.Arm) -> None:
     margin = np.full(values.shape, -1.0)
     there = np.isfinite(q[..., 0])
     margin[there] = arm.limit_margin(q[there])
+    assert not there[sets.status == aa.Status.NO_POSTURE].any()
     said = np.moveaxis(np.array([sets.contains(values[..., k]) for k in range(samples)]), 0, -1)
     unlike = said != (margin >= 0)
     for i, j, k in np.argwhere(unlike):  # an end within rounding decides nothing

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -89,6 +90,14 @@ def test_an_opening_opens_a_little_less_does_not_and_no_other_limit_does() -> No
                 other = aa.types.Opening(joint, side, 0.0)
                 assert not opened(arm, other, 2 * np.pi).explain(pose)[branch.gc].ok
     assert seen > 50
+
+
+def test_what_is_said_of_a_pose_speaks_of_no_path() -> None:
+    """The sentences of the branches of a pose name neither a path nor an s."""
+    pose = IIWA.forward(AMID)[0]
+    for at in (pose, aa.pose([9.0, 0.0, 0.0])):
+        for branch in IIWA.explain(at).branches:
+            assert not re.search(r"path|curve|s =|nan", branch.explain())
 
 
 def test_out_of_reach_says_by_how_much_and_from_where() -> None:

@@ -26,8 +26,7 @@ def calm(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
 
 
 def named(name: str) -> aa.Arm:
-    """An arm of the catalogue; "calibrated NAME": one with links off at random by 1 mm and 1 mrad.
-    """
+    """An arm of the catalogue; "calibrated NAME": one with links off at random by 1 mm and 1 mrad."""
     own = name.startswith("calibrated ")
     return calibrated(name.split()[1], 1.0, 1.0) if own else aa.Arm.from_catalogue(name)
 

@@ -10,11 +10,12 @@ namespace armangle {
 
 /// Length of the feasible arcs of one pose over all branches.
 struct Freedom {
-    double total;       // rad: total length of all feasible arcs
-    double widest;      // rad: length of the longest arc
-    std::uint8_t gc;    // bit k: branch k solves the pose, possibly only at an isolated psi
-    std::uint8_t arcs;  // number of arcs
-    Status status;      // OK, or the obstruction in the branch that is nearest to a solution
+    double total;         // rad: total length of all feasible arcs
+    double widest;        // rad: length of the longest arc
+    std::uint8_t gc;      // bit k: branch k solves the pose, possibly only at an isolated psi
+    std::uint8_t arcs;    // number of arcs
+    Status status;        // OK, or the obstruction in the branch that is nearest to a solution
+    double unproven = 0;  // rad: total length of what is proven neither way and not counted
 };
 
 namespace detail {

@@ -20,6 +20,7 @@ Freedom freedom_of(const ProvenArcs (&found)[configurations], const Holds& holds
         out.gc = static_cast<std::uint8_t>(out.gc | held << gc);
         out.arcs = static_cast<std::uint8_t>(out.arcs + arcs.count);
         out.total += measure(arcs);
+        out.unproven += found[gc].unproven;
         for (int i = 0; i < arcs.count; ++i)
             out.widest = max(out.widest, arcs.arc[i].upper - arcs.arc[i].lower);
         out.status = nearer_reason(out.status, held ? Status::OK : found[gc].status);

@@ -1405,11 +1405,12 @@ class Arm(FrozenValue):
         """
         poses = as_poses("pose", pose, self._handle)
         batch = poses.shape[:-2]
-        widths, codes = np.empty((*batch, 2)), np.empty((*batch, 3), np.int64)
+        widths, codes = np.empty((*batch, 3)), np.empty((*batch, 3), np.int64)
         self._handle.freedom_many(poses, self.singularity_margin, widths, codes, thread_count())
         gc, arcs = (codes[..., k].astype(np.uint8)[()] for k in (0, 1))
         status = codes[..., 2].astype(np.int8) if batch else STATUSES[int(codes[2])]
-        return Freedom(gc, widths[..., 0][()], widths[..., 1][()], arcs, status)
+        total, widest, unproven = (widths[..., k][()] for k in range(3))
+        return Freedom(gc, total, widest, arcs, unproven, status)
 
     @names_keywords_of_arm
     def solve(
@@ -1616,7 +1617,7 @@ class Arm(FrozenValue):
         1.2536
         """
         frame, scene = one_pose("pose", pose, self._handle), self.scene
-        branches = self._branches_of(frame)
+        branches = tuple(replace(branch, path=False) for branch in self._branches_of(frame))
         within = any(branch.ok for branch in branches)  # the limits; a scene may still block it
         if scene is not None:
             branches = tuple(replace(self._meets(branch, frame, scene), scene=True) for branch in branches)

@@ -68,9 +68,9 @@ def check_chain(name: str, handle: _core.ChainArm | _core.OffsetChain) -> None:
 
 def edge_of_reach(arm: AnyArm, pose: Floats) -> str:
     """Return " It is at the edge of reach ..." if the elbow of an own chain is so straight at a pose that
-    branches merge, or its nominal S-R-S arm does not reach the pose; otherwise "", as for other arms.
+    branches merge, or its nominal S-R-S arm does not reach the pose; otherwise "", as for other kinds.
     """
-    if arm.geometry.chain is None:
+    if arm.kind != "srs_chain":
         return ""
     nominal = arm._nominal
     try:

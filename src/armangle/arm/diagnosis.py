@@ -127,6 +127,8 @@ class Branch:
         missing path.
     scene : bool
         Whether obstacles were considered, so that possible arm angles are also collision-free.
+    path : bool
+        Whether it concerns a path, or one pose.
     redundancy : str
         Which number is free, as `Arm.redundancy`. For an arm with an offset wrist or shoulder the value of a
         joint takes the place of the arm angle in all these findings.
@@ -154,6 +156,7 @@ class Branch:
     turns: tuple[tuple[int, float], ...] = ()
     elsewhere: bool = False
     scene: bool = False
+    path: bool = True
     redundancy: str = ARM_ANGLE
 
     @property
@@ -161,22 +164,22 @@ class Branch:
         """Whether there is a path, or for one pose a solution, in this branch."""
         return self.verdict == Verdict.OK
 
-    def explain(self, *, path: bool = True) -> str:
-        """Return in words whether there is a path (a solution of a pose if not `path`), and if not, why."""
+    def explain(self) -> str:
+        """Return in words whether there is a path, or a solution of one pose, and if not, why."""
         where = ""
-        if path and self.verdict not in (Verdict.OK, Verdict.START, Verdict.GOAL):
+        if self.path and self.verdict not in (Verdict.OK, Verdict.START, Verdict.GOAL):
             where = f" from s = {self.s_from:.4g} to {self.s_to:.4g}"
-        said = self._sentence(where, path)
+        said = self._sentence(where)
         if self.redundancy != ARM_ANGLE:
             joint = self.redundancy.replace("_", " ")
             said = said.replace("arm angles", f"values of {joint}").replace("arm angle", f"value of {joint}")
         return f"GC {self.gc}: {said}"
 
-    def _sentence(self, where: str, path: bool) -> str:
+    def _sentence(self, where: str) -> str:
         """Return the finding in words; `where` is the part of the path, "" at a pose."""
         match self.verdict:
             case Verdict.OK:
-                if not path:
+                if not self.path:
                     return f"solved within all limits{' and collision-free' if self.scene else ''}."
                 least = max(math.degrees(min(self.margin, self.elbow_margin)), 0.0)
                 if self.through:
@@ -189,7 +192,7 @@ class Branch:
                     return f"the wrist lies on the shoulder{where}; no arm angle is defined there."
                 return f"the wrist is out of reach{where}, by up to {millimetres(self.excess)}."
             case Verdict.IMPOSSIBLE if self.status in (Status.CLEARANCE, Status.POSE_BLOCKED):
-                return self._blocked(where, path)
+                return self._blocked(where)
             case Verdict.IMPOSSIBLE if self.status == Status.NOT_ALLOWED:
                 return f"no arm angle within allowed= is feasible{where}."
             case Verdict.IMPOSSIBLE if self.status == Status.NO_POSTURE:
@@ -220,6 +223,8 @@ class Branch:
                     f"the search was stopped, so nothing is proven: {self.sections} sections were searched, "
                     f"from the start as far as s = {self.reached:.4g}."
                 )
+            case Verdict.UNRESOLVED if not self.path:
+                return STATUSES[self.status].sentence
             case Verdict.UNRESOLVED if self.status == Status.NEAR_SINGULAR:
                 return (
                     f"every tested curve enters a region where branches of the arm's own chain meet{where}."
@@ -268,15 +273,16 @@ class Branch:
         parts = [f"{math.degrees(o.extra):.3g}° beyond the {o.side} one of joint {o.joint}" for o in worst]
         return ", ".join(parts)
 
-    def _blocked(self, where: str, path: bool) -> str:
+    def _blocked(self, where: str) -> str:
         """Return in words which obstacle or margin forbids every arm angle; `where`: the part of the path."""
         sentence = STATUSES[self.status].sentence
         if self.touching is None:
             return f"{sentence[0].lower()}{sentence[1:-1]}{where}."
         obstacle, link = self.touching
         if self.status == Status.POSE_BLOCKED:
-            return f"{link} collides with {obstacle}{where if path else ' at this pose'} at every arm angle."
-        up_to = "up to " if path else ""
+            there = where if self.path else " at this pose"
+            return f"{link} collides with {obstacle}{there} at every arm angle."
+        up_to = "up to " if self.path else ""
         by = "" if math.isnan(self.short) else f" {up_to}{self.short * MILLIMETRES:.3g} mm"
         return f"within the limits {link} is{by} too near to {obstacle}{where} at every arm angle."
 
@@ -391,7 +397,7 @@ class Diagnosis:
 
     def _said(self, branch: Branch) -> str:
         """Return a sentence on whether a branch has a path, and if not, why, without the branch's number."""
-        return branch.explain(path=self.path).split(": ", 1)[1]
+        return branch.explain().split(": ", 1)[1]
 
     def _line(self, alike: list[Branch]) -> str:
         """Return the common reason why several branches have no path, and which wider limits help each."""

@@ -38,15 +38,17 @@ from .arm import KINDS, ON_ERROR, Arm, OnError
 from .chain import refusing
 
 _NO_FIELDS = ("d_4", "chain", "reference")
-_INSTEAD = {
+INSTEAD = {
     "resolve": "step chooses the next value of the free joint, and the joints",
     "carry=": "psi is the value of a joint of this arm",
+    "gradients.joint_function": "use arm.inverse, which gives all joints over the value of the free joint",
+    "kuka": "KUKA's controllers describe S-R-S arms alone",
 }
 
 
 def unsupported(what: str, instead: str = "") -> UnsupportedError:
     """Return the error of a function that does not support an arm with an offset wrist or shoulder."""
-    hint = instead or _INSTEAD.get(what, "")
+    hint = instead or INSTEAD.get(what, "")
     return UnsupportedError(
         f"{what} is not made for an arm with an offset wrist or shoulder{': ' * bool(hint)}{hint}"
     )

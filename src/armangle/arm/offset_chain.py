@@ -14,15 +14,16 @@ from ..scenes.scene import Scene
 from .arm import KINDS, Arm
 from .chain import check_chain, refusing
 from .numbers import checked_chain
-from .offset import OffsetArm
+from .offset import INSTEAD, OffsetArm
 
 NOMINAL = "arm.deviation.nominal, the arm with an offset beside it, whose joints miss the true poses"
 
 
-def unsupported(what: str, instead: str = f"use {NOMINAL}") -> UnsupportedError:
+def unsupported(what: str, instead: str = "") -> UnsupportedError:
     """Return the error of a function that does not support an own chain with an offset nominal arm."""
+    hint = instead or INSTEAD.get(what, f"use {NOMINAL}")
     return UnsupportedError(
-        f"{what} is not made for an arm on its own chain with an offset wrist or shoulder: {instead}"
+        f"{what} is not made for an arm on its own chain with an offset wrist or shoulder: {hint}"
     )
 
 

@@ -51,6 +51,29 @@ struct ChainCellQueue {
     }
 };
 
+/// Whether branch gc is proven to have a posture at some value of the free joint, whatever the limits.
+inline bool has_posture(const OffsetChain& arm, const Pose<double>& exact, int gc,
+                        const OffsetChainArcsTuning& tuning) noexcept {
+    Limits none;
+    for (int j = 0; j < joints; ++j) {
+        none.lower[j] = -infinity;
+        none.upper[j] = infinity;
+    }
+    const ThetaRanges ranges(arm.nominal.rest, none, 0.0, configuration(gc));
+    CellJudge<ChainCells> judge(arm, exact, gc, ranges);
+    ChainCellQueue queue(tuning.cells);
+    while (queue.first < queue.last && judge.looks() < tuning.looks && !queue.full()) {
+        const auto cell = queue.cell[queue.first++];
+        ChainCells::Over over;
+        Piece piece;
+        const Known known = judge.look(cell.lower, cell.upper, over, piece);
+        if (known == Known::inside) return true;
+        if (known == Known::open && cell.half() > judge.cells.narrowest(over, tuning.narrowest))
+            queue.halve(cell);
+    }
+    return false;
+}
+
 }  // namespace detail
 
 /// Writes the values of the free joint at which branch gc reaches a pose within limits (in the robot's order
@@ -93,6 +116,9 @@ inline void feasible(const OffsetChain& arm, const Pose<double>& pose, int gc, c
     out.status = Status::OK;
     if (!out.arcs.empty()) return;
     out.status = out.unproven > 0 ? Status::NEAR_SINGULAR : judge.refusal();
+    // a cell that a limit excludes is not asked for its posture
+    if (out.status == Status::NO_POSTURE && detail::has_posture(arm, exact, gc, tuning))
+        out.status = Status::LIMITS;
 }
 
 /// Writes the values of the free joint at which branch gc reaches a pose within the arm's own limits to
