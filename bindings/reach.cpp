@@ -36,7 +36,8 @@ void reachable_many(const Handle& self, Floats pose, double margin, Ints out, in
     });
 }
 
-/// Writes the Freedom of each pose. widths: total, widest and unproven (rad); codes: gc (a bit a branch), arcs, status.
+/// Writes the Freedom of each pose. widths: total, widest and unproven (rad); codes: gc (a bit a branch),
+/// arcs, status.
 template <class Handle>
 void freedom_many(const Handle& self, Floats pose, double margin, Floats widths, Ints codes, int threads) {
     const Buffer in(pose), wide(widths, true), code(codes, true);

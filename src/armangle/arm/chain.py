@@ -70,7 +70,7 @@ def edge_of_reach(arm: AnyArm, pose: Floats) -> str:
     """Return " It is at the edge of reach ..." if the elbow of an own chain is so straight at a pose that
     branches merge, or its nominal S-R-S arm does not reach the pose; otherwise "", as for other kinds.
     """
-    if arm.kind != "srs_chain":
+    if not isinstance(arm._handle, _core.ChainArm):
         return ""
     nominal = arm._nominal
     try:
