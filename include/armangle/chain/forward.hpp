@@ -2,6 +2,8 @@
 // links in place of DH rows.
 #pragma once
 
+#include <initializer_list>
+
 #include "../arm/jacobian.hpp"
 #include "../circle/forward.hpp"
 #include "chain_arm.hpp"

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <span>
 
+#include "../plan/plan_options.hpp"
 #include "../plan/plan_reasons.hpp"
 #include "hull_cells.hpp"
 

@@ -352,7 +352,7 @@ private:
     /// is known between the ends of its stretches.
     Proof proven(int gc, const std::vector<Stretch>& stretches) const {
         const long long cell = work_of(WorkTuning::cell, 0.0);
-        const int most = static_cast<int>(max(work_.left(), 0LL) / cell);
+        const int most = static_cast<int>(std::max(work_.left(), 0LL) / cell);
         int looks = most;
         const bool asks = options_.allowed && !options_.allowed_everywhere;
         Proof out = certify(FamilyCurve<F>{family_, gc, path_, stretches}, limits_,
