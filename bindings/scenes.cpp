@@ -368,71 +368,32 @@ void store_proximity(const Arm& arm, const Proximity& found, double* out, long l
     *pair = pair_number(found.pair);
 }
 
-/// The problem of a pose that is out of reach or folded; `value` is by how much it is out of reach (m).
-Problem reached(const SelfMotion<double>& m, double& value) noexcept {
-    value = m.circle.triangle.excess;
-    if (is_unreachable(m.circle)) return Problem::unreachable;
-    return is_folded(m.circle) ? Problem::folded : Problem::none;
+/// The rate of the self-motion of an S-R-S arm at a posture, as self_motion_rate() gives that of others.
+Inverse rate_of(const Arm& arm, const Posture& at) noexcept {
+    const SelfMotion<double> m = self_motion(arm, at.pose, at.gc);
+    Inverse out{};
+    const Joints dq = rate(arm, joint_functions(m), sin_cos(at.psi));
+    std::copy(dq.q, dq.q + joints, out.q);
+    return out;
+}
+Inverse rate_of(const ChainArm& arm, const Posture& at) noexcept {
+    return self_motion_rate(arm, at.pose, at.psi, at.gc);
+}
+template <free_joint_arm AnyArm>
+Inverse rate_of(const AnyArm& arm, const OffsetPosture& at) noexcept {
+    return self_motion_rate(arm, at.pose, at.free, at.gc);
 }
 
-/// Writes the nearest pair of each (pose, psi, gc) of an S-R-S arm, as store_proximity() does.
-void proximity_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi, Ints gc,
-                    Floats out, Ints pair, int threads) {
-    const Buffer p(pose), a(psi), g(gc), to(out, true), who(pair, true);
-    for_each<5>(
-        "pose", {&p, &a, &g, &to, &who}, {2, 0, 0, 1, 0}, threads, [&](const Py_ssize_t* at, double& value) {
-            const double* m = p.data<double>() + at[0];
-            const Problem problem = check_pose(self.arm, m, value);
-            if (problem != Problem::none) return problem;
-            const long long branch = g.data<long long>()[at[2]];
-            value = static_cast<double>(branch);
-            if (branch < 0 || branch >= configurations) return Problem::gc_range;
-            const SelfMotion<double> motion = self_motion(self.arm, load_pose(m), static_cast<int>(branch));
-            if (const Problem far = reached(motion, value); far != Problem::none) return far;
-            const double angle = a.data<double>()[at[1]];
-            store_proximity(self.arm, proximity(self.arm, scene.view, motion, angle),
-                            to.data<double>() + at[3], who.data<long long>() + at[4]);
-            return Problem::none;
-        });
-}
-
-/// Writes the nearest pair of each (pose, psi, gc) of a nearly S-R-S arm, as store_proximity() does.
-void near_proximity_many(const ChainArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi,
-                         Ints gc, Floats out, Ints pair, int threads) {
-    const Buffer p(pose), a(psi), g(gc), to(out, true), who(pair, true);
-    for_each<5>("pose", {&p, &a, &g, &to, &who}, {2, 0, 0, 1, 0}, threads,
-                [&](const Py_ssize_t* at, double& value) {
-                    const double* m = p.data<double>() + at[0];
-                    const Problem problem = check_pose(self.arm, m, value);
-                    if (problem != Problem::none) return problem;
-                    const long long branch = g.data<long long>()[at[2]];
-                    value = static_cast<double>(branch);
-                    if (branch < 0 || branch >= configurations) return Problem::gc_range;
-                    const Pose<double> frame = load_pose(m);
-                    const double angle = a.data<double>()[at[1]];
-                    const Inverse found = inverse(self.arm, frame, angle, static_cast<int>(branch));
-                    value = reach_excess(self.arm, frame);
-                    if (found.status != Status::OK) return detail::problem_of(found.status);
-                    const Inverse rate = self_motion_rate(self.arm, frame, angle, static_cast<int>(branch));
-                    double d[joints];
-                    for (int j = 0; j < joints; ++j) d[j] = rate.q[j];
-                    store_proximity(self.arm.nominal, proximity(self.arm, scene.view, found.q, d),
-                                    to.data<double>() + at[3], who.data<long long>() + at[4]);
-                    return Problem::none;
-                });
-}
-
-/// Writes the nearest pair at each q of an arm with an offset, as store_proximity() does.
+/// Writes the nearest pair at each q, as store_proximity() does.
 template <class Handle>
-void offset_proximity_many(const Handle& self, const SceneHandle& scene, Floats q, Floats out, Ints pair,
-                           int threads) {
+void proximity_many(const Handle& self, const SceneHandle& scene, Floats q, Floats out, Ints pair,
+                    int threads) {
     const Buffer in(q), to(out, true), who(pair, true);
     for_each<3>("q", {&in, &to, &who}, {1, 1, 0}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* joint = in.data<double>() + at[0];
         const Problem problem = check_joints(self.arm, joint, value);
         if (problem != Problem::none) return problem;
-        const OffsetPosture here = forward(self.arm, joint);
-        const Inverse rate = self_motion_rate(self.arm, here.pose, here.free, here.gc);
+        const Inverse rate = rate_of(self.arm, forward(self.arm, joint));
         double d[joints];
         for (int j = 0; j < joints; ++j) d[j] = rate.q[j];
         store_proximity(nominal(self.arm), proximity(self.arm, scene.view, joint, d),
@@ -511,7 +472,7 @@ void proven_widest_many(const Handle& self, const SceneHandle& scene, Floats pos
 void bind_chain_scenes(nb::class_<ChainArmHandle>& arm) {
     using namespace nb::literals;
     arm.def("resting_links", &true_links<ChainArmHandle>, "rods"_a, "link"_a);
-    arm.def("proximity_many", &near_proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
+    arm.def("proximity_many", &proximity_many<ChainArmHandle>, "scene"_a, "q"_a, "out"_a, "pair"_a,
             "threads"_a);
     arm.def("widest_many", &proven_widest_many<ChainArmHandle>, "scene"_a, "pose"_a, "gc"_a, "margin"_a,
             "psi"_a, "out"_a, "pair"_a, "status"_a, "threads"_a);
@@ -523,8 +484,7 @@ template <class Handle>
 void bind_free_joint_scenes(nb::class_<Handle>& arm) {
     using namespace nb::literals;
     arm.def("resting_links", &true_links<Handle>, "rods"_a, "link"_a);
-    arm.def("proximity_many", &offset_proximity_many<Handle>, "scene"_a, "q"_a, "out"_a, "pair"_a,
-            "threads"_a);
+    arm.def("proximity_many", &proximity_many<Handle>, "scene"_a, "q"_a, "out"_a, "pair"_a, "threads"_a);
     arm.def("widest_many", &proven_widest_many<Handle>, "scene"_a, "pose"_a, "gc"_a, "margin"_a, "psi"_a,
             "out"_a, "pair"_a, "status"_a, "threads"_a);
 }
@@ -568,8 +528,7 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .def("always_near", &always_near_of, "arm"_a);
     arm.def("resting_links", &resting_links, "rods"_a, "link"_a);
     arm.def("never_nearer_all", &never_nearer_all, "rods"_a, "out"_a, "cells"_a);
-    arm.def("proximity_many", &proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
-            "threads"_a);
+    arm.def("proximity_many", &proximity_many<ArmHandle>, "scene"_a, "q"_a, "out"_a, "pair"_a, "threads"_a);
     arm.def("widest_many", &widest_many, "scene"_a, "pose"_a, "gc"_a, "margin"_a, "psi"_a, "out"_a, "pair"_a,
             "status"_a, "threads"_a);
 }

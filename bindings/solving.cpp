@@ -97,6 +97,13 @@ public:
             allowed_.push_back(arrays.load(static_cast<long long>(i), 0));
     }
 
+    /// Whether joints that solve a pose are free of collisions; of other arms the search asks itself.
+    bool is_free(const double* q) const noexcept {
+        if constexpr (std::is_same_v<Handle, ArmHandle>)
+            return !scene_ || is_clear_as_shared(arm_.arm, *scene_, q);
+        else
+            return true;
+    }
     /// The number of poses.
     std::size_t size() const noexcept { return pose_.elements(2); }
     /// The array of poses.
@@ -191,7 +198,14 @@ void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions
             work.one(i, outcomes[thread],
                      [&](const auto& arm, const auto& limits, const Pose<double>& at,
                          const NearestOptions& o) noexcept {
-                         const Nearest found = answer(arm, limits, at, o, options.length);
+                         Nearest found = answer(arm, limits, at, o, options.length);
+                         if (is_solved(found.status) && !work.is_free(found.q)) {
+                             found = {};
+                             for (double& x : found.q) x = not_a_number;
+                             found.psi = found.distance = found.margin = found.gap = not_a_number;
+                             found.gc = -1;
+                             found.status = Status::NEAR_SINGULAR;
+                         }
                          std::memcpy(q_out.data<double>() + joints * i, found.q, joints * sizeof(double));
                          psi_out.data<double>()[i] = found.psi;
                          gc_out.data<long long>()[i] = found.gc;
@@ -335,8 +349,13 @@ nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solution
                 [&](const auto& arm, const auto& limits, const Pose<double>& at, const NearestOptions& o) {
                     Nearests found;
                     nearest_postures(arm, limits, at, o, found);
+                    Nearest* const end =
+                        std::remove_if(found.found, found.found + found.count,
+                                       [&work](const Nearest& one) { return !work.is_free(one.q); });
+                    const bool none = end == found.found && found.count > 0;
+                    found.count = static_cast<int>(end - found.found);
                     count[i] = found.count;
-                    status[i] = static_cast<std::int8_t>(found.status);
+                    status[i] = static_cast<std::int8_t>(none ? Status::NEAR_SINGULAR : found.status);
                     parts[thread].insert(parts[thread].end(), found.found, found.found + found.count);
                 });
     });

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.calibrated import calibrated
 from support.draw import count, generator
 from support.threads import in_threads
-from support.touching import distances
+from support.touching import distances, least_distance
 
 import armangle as aa
 
@@ -46,6 +47,29 @@ def test_the_nearest_pair_is_that_of_all_distances() -> None:
         )
         if before.obstacle == after.obstacle and before.link == after.link and near.distance > 0:
             assert abs((after.distance - before.distance) / (2 * step) - near.psi_rate) < 1e-5
+
+
+@pytest.mark.parametrize("link", [1, 2, 5, 6])
+@pytest.mark.parametrize("bend", [0.0, 1e-10, 1e-6])
+def test_where_two_joints_share_a_turn_the_joints_themselves_are_judged(link: int, bend: float) -> None:
+    """At a straight joint 2 or 6 psi does not tell where a part off the axis is: `clearance` is that of q,
+    and neither `solve`, `solutions` nor `step` takes joints that collide.
+    """
+    q = np.array([0.787, 0.5, -0.762, -1.478, 0.583, -0.82, 0.397])
+    q[1 if link < 3 else 5] = bend
+    for bare in (aa.Arm.from_catalogue("kuka_iiwa7_r800"), calibrated("kuka_iiwa7_r800", 1.0, 1.0)):
+        arm = bare.with_(body=aa.Body({link: [aa.Ball([0.05, 0.06, 0.1], 0.03)]}))
+        at = (arm.frames(q)[link] @ [0.05, 0.06, 0.1, 1.0])[:3]
+        arm = arm.with_(scene=aa.Scene([aa.Ball(at, 0.03)]))
+        near, pose = arm.clearance(q), arm.frames(q)[7] @ arm.tool
+        assert (
+            abs(near.distance + 0.06) < 1e-9 and abs(near.distance - least_distance(arm, q, arm.scene)) < 1e-9
+        )
+        best, moved = arm.solve(pose, seed=q), aa.step(arm, q, pose)
+        assert not best.ok or least_distance(arm, best.q, arm.scene) > -1e-8
+        assert not moved.ok or least_distance(arm, moved.q, arm.scene) > -1e-8
+        found = arm.solutions(pose, seed=q)
+        assert all(least_distance(arm, np.asarray(one.q), arm.scene) > -1e-8 for one in found)
 
 
 def test_no_grid_is_farther_from_the_obstacles() -> None:

@@ -300,13 +300,17 @@ public:
         Step out;
         BranchParts parts;
         branch_[0] = own ? *own : begin(pose, psi, parts);
-        if (calm(pose, psi, out)) return finished(Status::OK, Status::OK, out);
-        if (!own && !may_leave(now_, options_.policy) && plain(out)) return out;
-        if (leave(pose, psi, out) || exact(psi, out)) return finished(Status::OK, Status::OK, out);
-        if (stand(pose, out)) return finished(Status::OK, Status::OK, out);
+        const auto taken = [this](Step& to) {
+            return !options_.scene || is_clear_as_shared(arm_, *options_.scene, to.q)
+                       ? finished(Status::OK, Status::OK, to)
+                       : halted(branch_[0].motion->circle, Status::CLEARANCE);
+        };
+        if (calm(pose, psi, out)) return taken(out);
+        if (!own && !may_leave(now_, options_.policy) && plain(out)) return taken(out);
+        if (leave(pose, psi, out) || exact(psi, out)) return taken(out);
+        if (stand(pose, out)) return taken(out);
         Status why = refusal();
-        if (solve_nearby(pose, why, out) || turn_elbow(psi, why, out))
-            return finished(Status::OK, Status::OK, out);
+        if (solve_nearby(pose, why, out) || turn_elbow(psi, why, out)) return taken(out);
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
         const Circle<double>& c = branch_[0].motion->circle;
         if (options_.scene) {  // the way to the solution of another pose may collide

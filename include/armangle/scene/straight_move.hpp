@@ -19,6 +19,7 @@
 #pragma once
 
 #include "../arm/frames.hpp"
+#include "../limits/posture_costs.hpp"
 #include "proximity.hpp"
 #include "scene_frames.hpp"
 
@@ -247,6 +248,7 @@ public:
     Proximity proximity(const double* q, const double (&d)[joints], bool turning_alone) noexcept {
         place(q);
         held_rests_ = turning_alone;
+        far_too_ = true;
         Proximity out{infinity, 0, {}, {}, 0.0};
         const double kept = scene_.clearance + StraightMoveTuning::slack;
         const auto way = [&](int, const Vec3<double>&, double) { return max(out.distance - kept, 0.0); };
@@ -257,7 +259,7 @@ public:
             if (m.b.count > 0) rate_of -= rate(d, m.b.link, m.on_b, m.n);
             out = {distance, m.pair, m.on_a - m.n * m.radius_a, m.on_b + m.n * m.radius_b, rate_of};
         });
-        held_rests_ = false;
+        held_rests_ = far_too_ = false;
         if (turning_alone) return out;
         for_base(scene_, [&](const Solid& base, int own) {
             const int link = scene_.part_count + own - scene_.first_base;
@@ -508,7 +510,7 @@ private:
     void for_near(const Way& way, const Found& found) const noexcept {
         for (int k = 0; k < detail::arm_rod_count(scene_); ++k) arm_rod_against_all(k, way, found);
         for (int n = 0; n < scene_.own_count; ++n) {
-            if (scene_.never_meet(scene_.own[n].obstacle, scene_.own[n].link)) continue;
+            if (!far_too_ && scene_.never_meet(scene_.own[n].obstacle, scene_.own[n].link)) continue;
             const int a = detail::arm_rod_of_link(scene_, scene_.own[n].link),
                       b = detail::arm_rod_of_obstacle(scene_, scene_.own[n].obstacle);
             meet(arm_rod_[a], link_[a], as_solid(arm_rod_[b]), link_[b],
@@ -651,6 +653,7 @@ private:
     Placement at_;
     Pose<double> flange_;
     bool held_rests_ = false;
+    bool far_too_ = false;  // own pairs that are proven never to meet count too
     double sum_[joints + 1] = {};
     Rod arm_rod_[2 * most_parts];
     int link_[2 * most_parts] = {};
@@ -661,6 +664,17 @@ template <class AnyArm>
 bool is_clear(const AnyArm& arm, const Scene& scene, const double* q) noexcept {
     const double none[joints] = {};
     return StraightMove<AnyArm>(arm, scene).about(q, none, none, nullptr).is_clear();
+}
+
+/// Whether joints q, whose psi is collision-free, are so too. Where joint 2 or 6 is straight, psi does not
+/// tell how its two neighbours share their turn, on which the parts of links 1, 2, 5 and 6 off their axes
+/// depend: there q itself is asked.
+inline bool is_clear_as_shared(const Arm& arm, const Scene& scene, const double* q) noexcept {
+    if (scene.swing_count == 0) return true;
+    bool straight = false;
+    for (const int j : hinge_joint)
+        straight |= abs(sin_cos(to_theta(arm, j, q[j])).sin) <= NearestTuning::near_straight;
+    return !straight || StraightMove<Arm>(arm, scene).is_clear_at(q);
 }
 
 }  // namespace armangle

@@ -1242,7 +1242,7 @@ class Arm(FrozenValue):
 
         Raises
         ------
-        InputError, UnreachableError
+        InputError
 
         Examples
         --------
@@ -1254,10 +1254,10 @@ class Arm(FrozenValue):
         ('lamp', 'forearm', True)
         """
         ready = self._needed(self.scene if scene is None else scene)
-        pose, psi, gc = self.forward(q)
-        batch, (poses, angles, branches) = self._postures(pose, psi, gc)
+        joints = as_floats("q", q, (JOINTS,))
+        batch = joints.shape[:-1]
         out, pair = np.empty((*batch, 8)), np.empty(batch, dtype=np.int64)
-        self._handle.proximity_many(ready.handle, poses, angles, branches, out, pair, thread_count())
+        self._handle.proximity_many(ready.handle, joints, out, pair, thread_count())
         return clearance_of(ready, out, pair)
 
     def _widest(self, pose: ArrayLike, gc: ArrayLike, scene: Scene | None) -> Widest:

@@ -31,7 +31,6 @@ from .._threads import thread_count
 from .._values import fill
 from ..errors import InputError, LimitError, UnreachableError, UnsupportedError
 from ..models.description import OffsetDescription
-from ..scenes.clearance import Clearance, clearance_of
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .arm import KINDS, ON_ERROR, Arm, OnError
@@ -197,15 +196,6 @@ class OffsetArm(Arm):
     def elbow(self, q: ArrayLike) -> Floats:
         """See `Arm.elbow`."""
         return self.frames(q)[..., 3, :3, 3].copy()
-
-    def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
-        """See `Arm.clearance`: psi_rate is per rad of the free joint, NaN where two branches meet."""
-        ready = self._needed(self.scene if scene is None else scene)
-        joints = as_floats("q", q, (JOINTS,))
-        batch = joints.shape[:-1]
-        out, pair = np.empty((*batch, 8)), np.empty(batch, dtype=np.int64)
-        self._handle.proximity_many(ready.handle, joints, out, pair, thread_count())
-        return clearance_of(ready, out, pair)
 
 
 KINDS.append(OffsetArm)
