@@ -31,10 +31,12 @@ def _branch_of(arm: AnyArm, pose: Floats, gc: int, arcs: ArcSet) -> Branch:
     if np.asarray(arcs.count)[gc] > 0:
         best = arm.solve(pose, prefer="margin", gc=gc)
         return Branch(gc, Verdict.OK, margin=float(best.margin))
-    if status == Status.NEAR_SINGULAR:
+    if status == Status.NEAR_SINGULAR or np.asarray(arcs.unproven)[gc] > 0:
         found = arm.solve(pose, np.clip(0.0, arm.lower, arm.upper), gc=gc)
-        verdict = Verdict.OK if found.ok else Verdict.UNRESOLVED
-        return Branch(gc, verdict, Status.OK if found.ok else status)
+        if found.ok:
+            return Branch(gc, Verdict.OK)
+        if status == Status.NEAR_SINGULAR:
+            return Branch(gc, Verdict.UNRESOLVED, status)
     if status == Status.UNREACHABLE:
         gap = arm._nominal._handle.nearest_pose(pose, np.empty((4, 4)))
         return Branch(gc, Verdict.UNREACHABLE, status, excess=float(gap))
