@@ -163,7 +163,7 @@ inline ChainPlan plan_about(Work& work, const ChainArm& arm, const Segment* segm
             excess = infinity;
         }
         std::sort(violated.begin(), violated.end());
-        while (!violated.empty() && !now.stretches.empty() && now.stretches.back().end > violated.front())
+        while (!violated.empty() && !now.stretches.empty() && now.stretches.back().end >= violated.front())
             now.stretches.pop_back();
     };
     ChainPlan best;

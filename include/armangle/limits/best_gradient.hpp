@@ -109,6 +109,16 @@ inline Deciding deciding(const Arm& arm, const double* q, const Derivatives& d) 
     return out;
 }
 
+/// Whether a fold of an arm that has folds is as near as psi is known: beside one a joint moves with psi as
+/// one over the root of the distance from it.
+template <class AnyArm>
+bool is_at_fold(const AnyArm& arm, const Derivatives& d) noexcept {
+    bool out = false;
+    if constexpr (requires { psi_joint(arm); })
+        for (const auto& row : d.entry) out |= row[6] * row[6] * tolerance::angle > 1.0;
+    return out;
+}
+
 /// The joint (0 to 6; the first) that stops psi while the cost would still fall: at its limit, or at the
 /// margin to a singular posture; -1 if none does. cost_slope is the cost's derivative with respect to psi.
 template <class AnyArm>
@@ -146,7 +156,7 @@ void best_gradient(const AnyArm& arm, double margin, const Pose<double>& pose, c
     for (double& slope : out) slope = not_a_number;
     if (best.status != Status::OK) return;
     Derivatives d = inverse_derivative(arm, pose, best.psi, best.gc, best.q);
-    if (d.status != Status::OK) return;
+    if (d.status != Status::OK || detail::is_at_fold(arm, d)) return;
     constexpr int psi = joints - 1;
     detail::Deciding who = detail::deciding(nominal(arm), best.q, d);
     double share = 1.0, growth = 0.0;

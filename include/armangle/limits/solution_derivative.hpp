@@ -136,7 +136,7 @@ SolutionDerivative solution_derivative(const AnyArm& arm, double singularity_mar
         for (double& entry : row) entry = not_a_number;
     if (best.status != Status::OK) return out;
     const Derivatives d = inverse_derivative(arm, pose, best.psi, best.gc, best.q);
-    if (d.status != Status::OK || shares_a_turn(arm, best.q)) return out;
+    if (d.status != Status::OK || detail::is_at_fold(arm, d) || shares_a_turn(arm, best.q)) return out;
     detail::PsiSlope psi;
     const bool is_fixed = options.metric == Metric::margin
                               ? detail::widest_slope(arm, singularity_margin, pose, best, d, psi)
