@@ -32,6 +32,7 @@ struct ChainNearestTuning {
         600;  // rounds of solve_locally() for one pose, of some microseconds each
     static constexpr double shared = 0.3;  // sine of a hinge beside which two joints share a turn
     static constexpr int polishes = 60;    // halvings, or golden sections, of a piece
+    static constexpr int hard = 600;       // postures of a pose that Newton's method finds only from afar
     static constexpr double golden = 0.6180339887498949;
     static constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone decides
     static constexpr double straight = 0.2;     // rad off straight: an elbow that may
@@ -333,6 +334,7 @@ private:
             for (int j = 0; j < joints; ++j) at[k].angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
             at[k].found = is_found[k];
             if (!is_found[k]) {  // a proven stretch has one
+                --hard_;
                 at[k].found = solve_angles(near_, pose_, {on_, sin_cos(middle[k])}, configuration(gc),
                                            at[k].angle) == Status::OK;
                 for (int j = 0; j < joints; ++j) {
@@ -382,9 +384,14 @@ private:
                 least = max(least, bound(theta, reach));
                 if (dropped(least)) continue;
             }
+            if (hard_ <= 0) {
+                lost_ = min(lost_, least);
+                continue;
+            }
             if (half[k] <= ChainNearestTuning::polished || waiting_ + parts > capacity) {
                 if (half[k] > ChainNearestTuning::polished || !at[k].found) lost_ = min(lost_, least);
                 polish(gc, now[k].lower, now[k].upper);
+                if (!is_found[k]) hard_ -= ChainNearestTuning::polishes;
                 continue;
             }
             const double step = 2.0 * half[k] / parts;
@@ -737,6 +744,7 @@ private:
     double elbow_most_ = infinity;                   // what joint 4 may cost
     ArcSet doubt_[configurations];                   // what is not proven of the branches that were asked
     double lost_ = infinity;                         // the least bound of what was given up
+    int hard_ = ChainNearestTuning::hard;            // postures left to the pose
     int rounds_ = ChainNearestTuning::local_rounds;  // of solve_locally(), left to the pose
     int waiting_ = 0;
     Piece piece_[capacity];  // of the arc that is searched
